@@ -239,6 +239,48 @@ TEST_CASE("bodies by where they are have the same lines: free, on a joint, off t
   CHECK(difference_of_duals(scene(driven), 0.3, 1.2) < rounded);
 }
 
+// Angles that are constants leave entries of Ω that are velocities, which other masses have as well.
+TEST_CASE("turns about axes that are fixed have the accelerations that dual numbers find, with other masses on the same coordinates") {
+  const auto still = [](const auto& q) { return vector(0.0 * q[0], 0.0 * q[0], 0.0 * q[0]); };
+  const auto number = [](const auto& q, double x) { return std::remove_cvref_t<decltype(q[0])>(x); };
+  const auto gravity = uniform_gravity(0.0, -9.81, 0.0);
+  const auto pan_and_tilt = kinematic_system<2>([=](const auto& q, auto& bodies) {
+    const auto R = euler_rotation_321(q[0], q[1], number(q, 0.0));
+    bodies.rigid_body(1.5, tensor, still(q), R);
+    bodies.point_mass(0.7, vector(R(0, 0) + q[1], R(1, 0), R(2, 0) + q[0]));
+  }, gravity);
+  CHECK(difference_of_duals(scene(pan_and_tilt), 0.3, 1.2) < rounded);
+  const auto arm = kinematic_system<2>([=](const auto& q, auto& bodies) {
+    using std::cos, std::sin;
+    const auto R = euler_rotation_321(q[0], number(q, 0.0), number(q, 0.0));
+    const auto Q = euler_rotation_321(q[1], number(q, 0.0), number(q, 0.0));
+    bodies.rigid_body(1.0, tensor, vector(sin(q[0]), -cos(q[0]), 0.0 * q[0]), R);
+    bodies.rigid_body(2.0, tensor, vector(2.0 * sin(q[0]) + sin(q[1]), -2.0 * cos(q[0]) - cos(q[1]), 0.0 * q[0]), Q);
+  }, gravity);
+  CHECK(difference_of_duals(scene(arm), 0.3, 1.2) < rounded);
+  const auto tilted = kinematic_system<2>([=](const auto& q, auto& bodies) {
+    const auto R = rotation_from_vector(vector(0.6 * q[0], 0.64 * q[0], 0.48 * q[0]));
+    bodies.rigid_body(1.0, tensor, vector(R(0, 2), R(1, 2), R(2, 2)), R);
+    bodies.rigid_body(1.0, tensor, vector(R(0, 2) + q[1], R(1, 2), R(2, 2)), euler_rotation_321(number(q, 0.3), number(q, 0.2), q[0] + q[1]));
+  }, gravity);
+  CHECK(difference_of_duals(scene(tilted), 0.3, 0.45) < rounded);
+}
+
+// Two coordinates without inertia, each decided by a constraint of its own.
+TEST_CASE("where constraints decide all coordinates a run by lines has their accelerations") {
+  const auto massless = mechanical_system<2>([](const auto& q, const auto& v) { return 0.0 * q[0] * v[0] * v[1]; },
+                                             [](const auto& q) { return q[0] * q[1]; }).with_indefinite_mass_matrix();
+  const auto both = scene(massless, holonomic("first", [](const auto& q) { return 0.5 * q[0] * q[0] - 0.5; }),
+                          holonomic("second", [](const auto& q) { return q[1] * q[1] * q[1] - 1.0; }));
+  const auto form = form_of_run(both);
+  Eigen::VectorXd y(4), found(4);
+  y << 1.0, 1.0, 0.5, 0.25;
+  evaluate_until_lines(form, y);
+  form.derivative(0.0, y, found);
+  CHECK(std::abs(found[2] + 0.25) < rounded);   // q₀ q̈₀ + q̇₀² = 0
+  CHECK(std::abs(found[3] + 0.125) < rounded);  // 3 q₁² q̈₁ + 6 q₁ q̇₁² = 0
+}
+
 // Where Euler's angles have no inverse, M is singular, which the general way names; near it lines are left.
 TEST_CASE("at a pole of Euler's angles a run by lines says what is wrong, and close to it the general way goes on") {
   const auto system = scene(turning<ByAngles<3, 1, 3>>());

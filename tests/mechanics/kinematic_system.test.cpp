@@ -19,9 +19,9 @@ namespace {
 // Rounding of both ways, times the condition of M.
 constexpr double rounded = 1e-12;
 
-// Largest relative difference of q̈ to `other(q, qdot, t)` over random states: by acceleration(), and by jets alone.
-enum class Jets { too, never };
-template <Jets jets = Jets::too, int n, class E, Inertia I, class Other>
+// Largest relative difference of q̈ to `other(q, qdot, t)` over random states: by acceleration(), and in straight-line code.
+enum class Straight { too, never };
+template <Straight straight_line = Straight::too, int n, class E, Inertia I, class Other>
 double difference(const System<E, n, I>& system, const Other& other, double low = -2.0, double high = 2.0) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> position(low, high), velocity(-2.0, 2.0);
@@ -35,12 +35,14 @@ double difference(const System<E, n, I>& system, const Other& other, double low 
     const double t = position(random);
     const Vector<double, n> expected = other(q, v, t), a = acceleration(system, q, v, t);
     worst = std::max(worst, (a - expected).norm() / (1.0 + expected.norm()));
-    if constexpr (jets == Jets::too && n >= 1 && n <= 2) {
+    if constexpr (straight_line == Straight::too && n >= 1 && n <= 2) {
       double M[n * (n + 1) / 2];
-      Vector<double, n> by_jets;
-      system.energies().equations_by_jets(q.data(), v.data(), t, M, by_jets.data());
-      if (!detail::solved_in_place<n>(M, by_jets.data(), 0.0)) return HUGE_VAL;
-      worst = std::max(worst, (by_jets - expected).norm() / (1.0 + expected.norm()));
+      Vector<double, n> straight;
+      const auto L = detail::euler_lagrange_of<n>(system.energies(), q.data(), v.data(), t);
+      unroll<n>([&](auto i) { straight[i] = L.template x<i>(); });
+      unroll<n*(n + 1) / 2>([&](auto k) { M[k] = L.template h<k>(); });
+      if (!detail::solved_in_place<n>(M, straight.data(), 0.0)) return HUGE_VAL;
+      worst = std::max(worst, (straight - expected).norm() / (1.0 + expected.norm()));
     }
   }
   return worst;
@@ -106,7 +108,7 @@ TEST_CASE("a heavy top by Euler's angles accelerates as derived by hand") {
     const auto R = rotation(q);
     bodies.rigid_body(m, about_centre, vector(l * R(0, 2), l * R(1, 2), l * R(2, 2)), R);
   };
-  CHECK(difference<Jets::never>(kinematic_system<3>(by_centre, down), by_hand<3>(bench::HeavyTopByHand{}), 0.3, 1.2) < rounded);
+  CHECK(difference<Straight::never>(kinematic_system<3>(by_centre, down), by_hand<3>(bench::HeavyTopByHand{}), 0.3, 1.2) < rounded);
 }
 
 // A free body by a quaternion of any length, whose length has an inertia of its own: a term that no body makes.
@@ -136,7 +138,7 @@ TEST_CASE("a body by a quaternion, with a kinetic term of its own, accelerates a
     bodies.rigid_body(asymmetric, vector(0.0 * q[0], 0.0 * q[0], 0.0 * q[0]), rotation_from_quaternion(q));
   };
   const auto body = kinematic_system<4>(place, uniform_gravity(0.0, 0.0, -free_fall), LengthOfQuaternion{});
-  CHECK(difference<Jets::never>(body, by_energies<4>(QuaternionBody{}), 0.3, 1.2) < rounded);
+  CHECK(difference<Straight::never>(body, by_energies<4>(QuaternionBody{}), 0.3, 1.2) < rounded);
 }
 
 // Two bars, the second on the end of the first.

@@ -324,6 +324,31 @@ TEST_CASE("functors with many branches have the numbers of each") {
   }
 }
 
+TEST_CASE("threads that share a form whose functors compare have the numbers of one, whatever branches they are on") {
+  const auto folds = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
+                                          [](const auto& q) {
+                                            using std::abs, std::cos, std::floor;
+                                            return cos(q[1]) * cos(q[0]) + abs(q[1]) + floor(q[0]) * q[0];
+                                          });
+  const auto form = form_of_run(folds);
+  evaluate_until_lines(form, Eigen::Vector4d(0.5, 0.4, 0.0, 0.0));
+  const auto worst_of = [&](int thread) {
+    double worst = 0.0;
+    for (int k = 0; k < 400; ++k) {
+      const double q0 = 0.5 + (k + 3 * thread) % 6, q1 = (k + thread) % 2 == 0 ? 0.4 : -0.4;
+      Eigen::VectorXd ydot(4);
+      form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(q0, q1, 0.0, 0.0)), ydot);
+      worst = std::max(worst, std::abs(ydot[2] - (std::sin(q0) * std::cos(q1) - std::floor(q0))));
+    }
+    return worst;
+  };
+  std::vector<double> worst(3);
+  std::vector<std::thread> threads;
+  for (int thread = 0; thread < 3; ++thread) threads.emplace_back([&, thread] { worst[static_cast<std::size_t>(thread)] = worst_of(thread); });
+  for (std::thread& thread : threads) thread.join();
+  for (const double each : worst) CHECK(each < 10 * rounded);
+}
+
 TEST_CASE("a functor that reads a value itself has no lines") {
   const auto read = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
                                          [](const auto& q) {

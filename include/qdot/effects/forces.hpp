@@ -154,13 +154,27 @@ struct TorqueOnBody {
   }
   template <class S, int n>
   Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
-    const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>(), along_body = detail::of_position(R, q, t).transpose() * tau;
-    // Ω = Σ Ωᵢ q̇ᵢ along the body's axes, so Qᵢ = ∂(Rᵀτ·Ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do.
+    const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
+    // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do. Of a known rotation τ·ω = Rᵀτ·Ω.
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
       const Vector<D, n> at = q.template cast<D>();
-      const auto omega = body_angular_velocity_of(detail::at_time(R, D(t)), at, v);
-      return D(D(along_body[0]) * omega[0] + D(along_body[1]) * omega[1] + D(along_body[2]) * omega[2]);
+      return detail::along_motion<D>(detail::at_time(R, D(t)), at, v, [&](const auto& rotation, const auto& follow) {
+        if constexpr (detail::is_known_rotation<std::remove_cvref_t<decltype(rotation)>>) {
+          if (rotation.is_as_made()) {
+            D work(0.0);
+            const auto omega = detail::known_angular_velocity<D>(rotation, follow);
+            for (int a = 0; a < 3; ++a) {
+              D along(0.0);
+              for (int k = 0; k < 3; ++k) along = along + D(tau[k]) * follow(rotation.coeff(k, a)).value;
+              work = work + along * omega[a];
+            }
+            return work;
+          }
+        }
+        const auto omega = detail::angular_velocity_along<detail::Axes::of_space, D>(rotation, follow);
+        return D(D(tau[0]) * omega[0] + D(tau[1]) * omega[1] + D(tau[2]) * omega[2]);
+      });
     }), Vector<S, n>(Vector<S, n>::Zero(q.size())));
   }
 

@@ -24,6 +24,7 @@
 #include "qdot/effects/effect.hpp"
 #include "qdot/effects/equations/energy_terms.hpp"
 #include "qdot/effects/fit.hpp"
+#include "qdot/mechanics/equations/solve.hpp"
 #include "qdot/mechanics/system.hpp"
 
 namespace qdot {

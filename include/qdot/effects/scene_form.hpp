@@ -39,8 +39,8 @@ class SceneForm {
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr bool is_traced = detail::is_traced_scene<Sc>;
   static constexpr bool has_traced_jacobian = detail::has_traced_jacobian<Sc>;
-  static constexpr bool has_solved_rates = has_traced_jacobian && detail::may_have_solved_rates<typename Sc::SystemType::EnergiesType, n>;
-  static constexpr std::size_t most_lines = detail::most_solved_lines<typename Sc::SystemType::EnergiesType, n>;
+  static constexpr bool has_solved_rates =
+      has_traced_jacobian && detail::may_have_solved_rates<n> && (Sc::has_constraints || Sc::SystemType::inertia == Inertia::positive_definite);
   static constexpr bool has_projection_lines =
       has_solved_rates && Sc::has_constraints && Sc::SystemType::inertia == Inertia::positive_definite;
   using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedRates>;
@@ -123,7 +123,7 @@ class SceneForm {
     }
     if constexpr (has_solved_rates) {
       if (may_be_straight()) {
-        const auto* const lines = rates_.found([&] { return detail::solved_rates<n>(recordable(), t, y, phases(y), most_lines); });
+        const auto* const lines = rates_.found([&] { return detail::solved_rates<n>(recordable(), t, y, phases(y)); });
         if (lines && lines->write(t, y, phases(y), ydot)) return;
       }
     }

@@ -71,8 +71,7 @@ class FirstOrderForm {
   static constexpr int n = Sys::dof_at_compile_time;
   static constexpr bool has_traced_jacobian =
       Sys::inertia == Inertia::positive_definite && n <= 64 && detail::RecordableEnergies<typename Sys::EnergiesType, n>;
-  static constexpr bool has_solved_rates = has_traced_jacobian && detail::may_have_solved_rates<typename Sys::EnergiesType, n>;
-  static constexpr std::size_t most_lines = detail::most_solved_lines<typename Sys::EnergiesType, n>;
+  static constexpr bool has_solved_rates = has_traced_jacobian && detail::may_have_solved_rates<n>;
 
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
@@ -146,7 +145,7 @@ class FirstOrderForm {
     const Eigen::Index dof = system_.dof();
     if constexpr (has_solved_rates) {
       if (system_.kept_lines()->may_be_straight()) {
-        const auto* const lines = rates_.found([&] { return detail::solved_rates<n>(recordable(), t, y, {}, most_lines); });
+        const auto* const lines = rates_.found([&] { return detail::solved_rates<n>(recordable(), t, y, {}); });
         if (lines && lines->write(t, y, {}, ydot)) return;
       }
     }

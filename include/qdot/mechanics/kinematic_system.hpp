@@ -23,15 +23,8 @@
 // system like any other, with T = Σ ½ m ṙ·ṙ + ½ Ω·I Ω, and everything that works for T and V works for it: energy and
 // momenta, effects, steppers, exact Jacobians.
 //
-// What is gained besides is speed. Of a position one needs first derivatives in all directions and second
-// derivatives in one only, r̈ = J q̈ + s, and then
-//
-//     M = Σ m JᵀJ + J_Ωᵀ I J_Ω ,     rhs = −Σ m Jᵀs − J_Ωᵀ(I Ω̇ + Ω × I Ω) − ∂V/∂q .
-//
-// For few coordinates and point masses whose positions are straight-line code for the compiler (q[0], q[1] … or
-// qdot::unroll), that is the code that one would write by hand (ad/places/position_jet.hpp). Loops are recorded and derived, as every T and V is
-// (mechanics/derive/kept_lines.hpp): up to 64 coordinates, 32 outside of runs where their number is known at run time, 64 branches of what compares numbers.
-// What is left goes by nested duals.
+// In straight-line code a velocity costs first derivatives of its position in all directions, and second ones along the motion
+// (mechanics/equations/moving_positions.hpp).
 
 #include <array>
 #include <type_traits>
@@ -80,9 +73,6 @@ constexpr std::array<double, 3> field_of(const GravityAlong<axis>& gravity) {
   return field;
 }
 
-// Largest n for straight-line code, 4 s of compile time.
-inline constexpr int straight_kinematics_limit = 8;
-
 template <class Place, int n>
 concept PlacesAtRest = requires(const Place& place, const Vector<double, n>& q, WeightSum<double>& bodies) { place(q, bodies); };
 template <class Place, int n>
@@ -91,6 +81,10 @@ concept PlacesInTime =
 template <class Place, int n>
 concept PlacesWithTimeLast =
     requires(const Place& place, const Vector<double, n>& q, double t, WeightSum<double>& bodies) { place(q, bodies, t); };
+
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
 
 template <int n, class Place, class Potential, class Extra>
 class KinematicEnergies {
@@ -144,38 +138,7 @@ class KinematicEnergies {
     if constexpr (!heavy) (void)own_potential(q, t);
   }
 
-  // M (packed lower triangle) and rhs by J and s of the positions; the entries that may be other than zero.
-  [[gnu::flatten]] ComponentMask equations_by_jets(const double* q, const double* qdot, double t, double* M, double* r) const {
-    using S = PositionJet<n>;
-    Vector<S, n> x;
-    unroll<n>([&](auto i) __attribute__((always_inline)) { x[i] = S::template coordinate<i>(q[i], qdot[i]); });
-    const S time = S::time(t);
-    JetEquations<n> equations(field());
-    place(x, time, equations);
-    if constexpr (!heavy) equations.potential(own_potential(x, time));
-    if constexpr (has_extra) equations.lagrangian(euler_lagrange_of<n>(extra_, q, qdot, t));
-    equations.write(M, r);
-    return equations.pattern();
-  }
-
-  // M and r by J and s of the positions (mass_and_rhs.hpp); false where loops hide these from the compiler, and for what must be named.
-  static constexpr bool has_own_equations = true;
-  template <class Use>
-  bool equations(const double* q, const double* qdot, Eigen::Index, double t, const Use& use) const {
-    if constexpr (straight_line_pays && n >= 1 && n <= straight_kinematics_limit) return straight_equations(q, qdot, t, use);
-    return false;
-  }
-
  private:
-  // False where the compiler does not see through the functor: loops.
-  template <class Use>
-  [[gnu::noinline, gnu::flatten]] bool straight_equations(const double* q, const double* qdot, double t, const Use& use) const {
-    double M[n * (n + 1) / 2], r[n];
-    const ComponentMask pattern = equations_by_jets(q, qdot, t, M, r);
-    if (!__builtin_constant_p(pattern)) return false;
-    return use.packed(AtState{q, qdot, t}, M, r, ~ComponentMask(0));
-  }
-
   template <class Positions, class Time, class Bodies>
   constexpr void place(const Positions& q, const Time& t, Bodies& bodies) const {
     if constexpr (placed_in_time) {
@@ -204,14 +167,17 @@ class KinematicEnergies {
 
   template <class S>
   S kinetic_energy(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    KineticSum<S> bodies;
-    const Vector<AlongMotion<S>, n> x = moving_vector<S>(q, qdot);
-    place(x, moving_number<S>(t, S(1.0)), bodies);
-    if constexpr (has_extra) {
-      return bodies.T + kinetic<n>(extra_, q, qdot, t);
-    } else {
+    const auto placed = [&](const auto& follow, const auto&... at) {
+      KineticSum<S, std::remove_cvref_t<decltype(follow)>> bodies{follow};
+      called(place_, at..., bodies);
       return bodies.T;
-    }
+    };
+    const auto of_bodies = [&] {
+      if constexpr (placed_in_time) return with_moving<S>(q, qdot, placed, t);
+      else return with_moving<S>(q, qdot, placed);
+    };
+    if constexpr (has_extra) return of_bodies() + kinetic<n>(extra_, q, qdot, t);
+    else return of_bodies();
   }
   template <class S>
   S potential_energy(const Vector<S, n>& q, const S& t) const {
@@ -228,6 +194,10 @@ class KinematicEnergies {
   Potential potential_;
   ExtraEnergies extra_;
 };
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 // The English of mistakes in what kinematic_system() is given.
 template <int n, class Place, class Potential, class Extra>

@@ -7,10 +7,9 @@
 //     M q̈ − Jᵀλ = r + Q ,  J q̈ = γ        with constraints (effects/equations/constrained_equations.hpp)
 //     M alone                             impacts, projections, momenta
 //
-// There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): what a system knows of itself (positions and masses,
-// kinematic_system.hpp), straight-line code (mechanics/equations/straight_line.hpp), lines that are derived once (mechanics/derive/kept_lines.hpp), and
-// the band of more than 32 coordinates whose number is known at run time (mechanics/equations/banded_equations.hpp). A caller passes an object `use`
-// down the ladder, and each way ends by calling it with what it has found:
+// There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): straight-line code (mechanics/equations/straight_line.hpp), lines that are
+// derived once (mechanics/derive/kept_lines.hpp), and the band of more than 32 coordinates whose number is known at run time
+// (mechanics/equations/banded_equations.hpp). A caller passes an object `use` down the ladder, and each way ends by calling it with what it has found:
 //
 //     use.packed(at, M, r, present)    lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line
 //                                      code, so that what is zero for all states is not computed with
@@ -40,10 +39,6 @@ namespace qdot {
 
 namespace detail {
 
-// Energies that have a shorter way to M and r than their values declare has_own_equations = true and a member equations(q, qdot, n, t, use).
-template <class E>
-concept HasOwnEquations = requires { requires E::has_own_equations; };
-
 // Above this many coordinates the straight-line code is compiled once for all uses that are `shared`, and not for each of them.
 inline constexpr int inlined_uses_limit = 4;
 
@@ -57,12 +52,11 @@ inline constexpr bool wants_band = requires { Use::wants_band; };
 // Whether a step of the ladder that records no formulas may be taken.
 inline bool may_be_straight(const KeptLines* kept) { return !kept || kept->may_be_straight(); }
 
-// The first step of the ladder: what a system knows of itself, or straight-line code.
+// The first step of the ladder: straight-line code.
 template <int n, class E, class Use>
 inline bool with_shortest_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, const KeptLines* kept) {
   if (!may_be_straight(kept)) return false;
-  if constexpr (HasOwnEquations<E>) return e.equations(q.data(), qdot.data(), q.size(), t, use);
-  else if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) return straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use);
+  if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) return straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use);
   else return false;
 }
 

@@ -234,7 +234,7 @@ template <Axes axes, class S, class R, class Follow>
   if constexpr (axes == Axes::of_body && is_known_rotation<std::remove_cvref_t<R>>) {
     if (rotation.is_as_made()) return known_angular_velocity<S>(rotation, follow);
   }
-  if constexpr (MovingPositions<S>::is_only_way) {
+  if constexpr (MovingPositions<S>::known) {
     const auto& matrix = rotation.eval();
     const auto* const r = matrix.data();
     constexpr bool columns = axes == Axes::of_body;  // of R times columns of Ṙ, or rows times rows

@@ -29,7 +29,6 @@
 //
 //     (q + q̇ ε₁) + (q̇ + q̈ ε₁) ε₂ .
 
-#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -112,7 +111,7 @@ using PlainOf = Eigen::Matrix<S, Result::RowsAtCompileTime, Result::ColsAtCompil
 // How a scalar follows a position along the motion without duals around it (mechanics/equations/moving_positions.hpp).
 template <class S>
 struct MovingPositions {
-  static constexpr bool known = false, is_only_way = false;
+  static constexpr bool known = false;
 };
 
 // Follows the entries of what a function of positions returned.
@@ -149,7 +148,7 @@ auto followed(const Result& result, const Follow& follow) {
   both.value.resize(matrix.rows(), matrix.cols());
   both.rate.resize(matrix.rows(), matrix.cols());
   S *const values = both.value.data(), *const rates = both.rate.data();
-  over_entries<MovingPositions<S>::is_only_way>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) {
+  over_entries<MovingPositions<S>::known>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) {
     const ValueAndRate<S> found = follow(entry);
     values[k] = found.value;
     rates[k] = found.rate;
@@ -170,7 +169,7 @@ PlainOf<S, Result> followed_rates(const Result& result, const Follow& follow) {
   PlainOf<S, Result> rate;
   rate.resize(matrix.rows(), matrix.cols());
   S* const rates = rate.data();
-  over_entries<MovingPositions<S>::is_only_way>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) { rates[k] = follow(entry).rate; });
+  over_entries<MovingPositions<S>::known>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) { rates[k] = follow(entry).rate; });
   return rate;
 }
 
@@ -186,64 +185,38 @@ auto split(const Result& result) {
   }
 }
 
-// Whether no entry of what x returned has been mixed with what is no position.
-template <class Positions, class Result>
-bool knows_all(const Result& result) {
-  if constexpr (IsMatrix<Result>) {
-    bool all = true;
-    over_entries<false>(result.eval(), [&](const auto& entry, auto) { all = all && knows_all<Positions>(entry); });
-    return all;
-  } else {
-    return Positions::knows(result);
-  }
-}
-
-// finish(x, follow) of what x returned on duals.
-template <class S, class Function, class Q, class Qdot, class Finish, class... Time>
-auto along_duals(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Finish& finish,
-                 const Time&... t) {
-  return finish(result_of(x, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...), [](const auto& entry) { return split<S>(entry); });
-}
-
-// finish(x, follow) of what x returned along the motion, where follow(entry) is an entry's value and rate; t is the time, if x takes it.
-template <class S, class Function, class Q, class Qdot, class Finish, class... Time>
-auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Finish& finish,
-                  const Time&... t) {
+// use(follow, x, t) of coordinates and time that move, where follow(entry) is the value and the rate of what was made of them; the time if it is given.
+// Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells of euler_lagrange_of().
+template <class S, class Q, class Qdot, class Use, class... Time>
+auto with_moving(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Use& use, const Time&... t) {
   using Positions = MovingPositions<S>;
   if constexpr (Positions::known) {
     using Position = typename Positions::Position;
+    constexpr int n = Q::SizeAtCompileTime;
     Positions positions;
-    Vector<Position, Q::SizeAtCompileTime> at(q.size());
+    Vector<Position, n> at(q.size());
     Position* const to = at.data();
-    bool moves = true;
-    if constexpr (Positions::is_only_way && Q::SizeAtCompileTime != Dynamic) {
-      unroll<Q::SizeAtCompileTime>([&](auto i) __attribute__((always_inline)) { positions.read(S(q[i]), S(qdot[i]), to[i]); });
-    } else {
-      for (Eigen::Index i = 0; i < q.size(); ++i) moves = moves && positions.read(S(q[i]), S(qdot[i]), to[i]);
-    }
+    if constexpr (n != Dynamic) unroll<n>([&](auto i) __attribute__((always_inline)) { positions.read(S(q[i]), S(qdot[i]), to[i]); });
+    else for (Eigen::Index i = 0; i < q.size(); ++i) positions.read(S(q[i]), S(qdot[i]), to[i]);
     const auto time = [&](const S& s) __attribute__((always_inline)) {
       Position position(0.0);
-      moves = positions.read_time(s, position) && moves;
+      positions.read_time(s, position);
       return position;
     };
     const FollowBy<Positions> follow{positions};
-    if constexpr (Positions::is_only_way) {
-      return finish(result_of(x, at, time(S(t))...), follow);
-    } else {
-      const std::tuple<std::conditional_t<true, Position, Time>...> times{time(S(t))...};
-      // Functions of their own: what calls this is flattened.
-      const auto by_duals = [&]() __attribute__((noinline, cold)) { return along_duals<S>(x, q, qdot, finish, t...); };
-      const auto by_positions = [&]() __attribute__((noinline)) {
-        return std::apply([&](const auto&... ts) {
-          const auto& r = result_of(x, at, ts...);
-          return knows_all<Positions>(r) ? finish(r, follow) : by_duals();
-        }, times);
-      };
-      return moves ? by_positions() : by_duals();
-    }
+    return use(follow, at, time(S(t))...);
   } else {
-    return along_duals<S>(x, q, qdot, finish, t...);
+    return use([](const auto& entry) { return split<S>(entry); }, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...);
   }
+}
+
+// finish(x, follow) of what x returned along the motion.
+template <class S, class Function, class Q, class Qdot, class Finish, class... Time>
+auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Finish& finish,
+                  const Time&... t) {
+  return with_moving<S>(q, qdot, [&](const auto& follow, const auto&... at) __attribute__((always_inline)) {
+    return finish(result_of(x, at...), follow);
+  }, t...);
 }
 
 }  // namespace detail

@@ -170,6 +170,12 @@ class Recorded : public FormulaNumber<Recorded> {
     return x.constant_;
   }
 
+  /// 1/x where it is known that x is not zero wherever this is asked for.
+  friend Recorded reciprocal(const Recorded& x) {
+    if (!x.recording_) return Recorded(1.0 / x.constant_);
+    formula::Graph& graph = x.recording_->graph;
+    return wrapped(*x.recording_, graph.quotient(graph.constant(1.0), x.node_));
+  }
   /// Whether both are one node, or one constant.
   friend bool seen_to_be_one(const Recorded& x, const Recorded& y) {
     return x.recording_ == y.recording_ && (x.recording_ ? x.node_ == y.node_ : x.constant_ == y.constant_);

@@ -40,8 +40,7 @@ struct SparseSystem {
   // The same without r; and when only q has changed, M of T(q̇) has not.
   template <class Sc, class Phases>
   bool compute(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff) {
-    using Energies = typename Sc::SystemType::EnergiesType;
-    if constexpr (Sc::SystemType::kinetic_signature == KineticSignature::velocity && !HasOwnEquations<Energies>) {
+    if constexpr (Sc::SystemType::kinetic_signature == KineticSignature::velocity) {
       if (M.size() == 0) M = mass_matrix_of_velocities(scene.system().energies(), qdot);
       return factor(scene, q, qdot, t, z, cutoff);
     } else {

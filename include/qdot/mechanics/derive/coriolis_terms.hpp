@@ -58,7 +58,8 @@ class CoriolisTerms {
     return terms();
   }
 
-  /// An angular velocity in T, L = ∂T/∂Ω where T is a sum of products of velocities, −1 for zero, and the torque of which c_i has W_i · torque.
+  /// An angular velocity in T, L = ∂T/∂Ω where T is a sum of products of velocities, −1 for zero, and the torque of which c_i has W_i · torque. Of an entry
+  /// that is a rate, L and what is not Ω × L are with the rates.
   struct Followed {
     const Turning* turning;
     std::array<int, 3> base;  // Ω = factor · base, since graphs multiply without factors
@@ -66,6 +67,10 @@ class CoriolisTerms {
     std::array<int, 3> momentum{-1, -1, -1}, torque{};
   };
   const std::vector<Followed>& followed() const { return followed_; }
+  /// Whether no entry of Ω is a rate.
+  bool is_whole(const Followed& f) const {
+    return std::ranges::all_of(f.base, [&](int w) { return turns_[at(w)] != 0; });
+  }
   /// c without those torques.
   const std::vector<int>& apart() const { return apart_; }
   /// ∂/∂q̇ of what in T is no product of velocities; empty if that is nothing.
@@ -119,7 +124,8 @@ class CoriolisTerms {
       for (std::size_t a = 0; a < 3; ++a)
         if (const typename Graph::Node w = graph_[turning.omega[a]]; w.kind == formula::Kind::affine && w.b < 0 && formula::decisive(w.c) == 0.0)
           f.base[a] = w.a, f.factor[a] = w.ca;
-      if (!std::ranges::all_of(turning.coordinates, is_followed) || !std::ranges::all_of(f.base, is_free)) continue;
+      const bool are_different = f.base[0] != f.base[1] && f.base[1] != f.base[2] && f.base[2] != f.base[0];
+      if (!are_different || !std::ranges::all_of(turning.coordinates, is_followed) || !std::ranges::all_of(f.base, is_free)) continue;
       for (const int w : f.base) turns_[at(w)] = is_constant(w) ? 0 : 1;
       followed_.push_back(f);
     }
@@ -132,7 +138,8 @@ class CoriolisTerms {
     for (int x = 0; x <= last; ++x) {
       Known known = kind_of(x);
       if (known.is == Is::other && is_rate_of_position[at(x)] != 0) known.is = Is::rate;
-      if (known.is == Is::other && turns_[at(x)] != 0) known.is = Is::turning;
+      if (turns_[at(x)] != 0 && known.is == Is::other) known.is = Is::turning;
+      else turns_[at(x)] = 0;  // a rate, as about an axis that is fixed, is followed as such
       if (known.is == Is::position && known.base == x && graph_[x].kind != formula::Kind::variable) {
         const int rate = rates_.of(x);
         if (rate <= last) is_rate_of_position[at(rate)] = 1;
@@ -228,7 +235,7 @@ class CoriolisTerms {
         if (const int base = f.base[c]; momenta[at(base)] >= 0) f.momentum[c] = graph_.scaled(momenta[at(base)], 1.0 / f.factor[c]);
       for (std::size_t c = 0; c < 3; ++c) {
         const std::size_t a = (c + 1) % 3, b = (c + 2) % 3;
-        const int base = f.base[c], share = adjoint[at(base)];
+        const int base = f.base[c], share = turns_[at(base)] != 0 ? adjoint[at(base)] : -1;
         int torque = share < 0 ? graph_.constant(0.0) : graph_.scaled(share, 1.0 / f.factor[c]);
         if (f.momentum[b] >= 0) torque = graph_.sum(torque, graph_.product(omega[a], f.momentum[b]));
         if (f.momentum[a] >= 0) torque = graph_.difference(torque, graph_.product(omega[b], f.momentum[a]));

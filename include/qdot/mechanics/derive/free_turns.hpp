@@ -5,7 +5,7 @@
 //
 // Where T contains the velocities ṗ of a rotation by Ω = W(p) ṗ alone, Lagrange's equations of p are Wᵀ times Euler's,
 //
-//     Wᵀ (I α + τ) = X ,   α = W p̈ ,   τ = Ω̇ I + Ω × I Ω at p̈ = 0 ,   X the forces on p ,
+//     Wᵀ (I α + τ) = X ,   α = W p̈ ,   τ = I Ω̇ + Ω × I Ω at p̈ = 0 ,   X the forces on p ,
 //
 // and I is constant where M = WᵀIW is not. So unknowns are exchanged before M is eliminated (mechanics/derive/solution_lines.hpp): p̈ = V α with the
 // W V = 1 that each rotation knows (mechanics/equations/known_rotation.hpp). Of a quaternion, where W p = 0,
@@ -26,6 +26,8 @@
 
 namespace qdot::detail {
 
+/// Free turns are looked for among so many coordinates, as many as have lines to q̈ (mechanics/derive/solved_rates.hpp).
+inline constexpr std::size_t most_free_coordinates = 8;
 /// W is taken for regular above this.
 inline constexpr double regular_turning = 1e-6;
 
@@ -48,7 +50,7 @@ class FreeTurns {
   [[gnu::cold]] std::vector<FreeTurn> of(const CoriolisTerms<Graph>& terms) {
     std::vector<FreeTurn> found;
     for (const auto& followed : terms.followed())
-      if (auto turn = free_turn(followed, terms.momenta_of_rest())) found.push_back(std::move(*turn));
+      if (auto turn = terms.is_whole(followed) ? free_turn(followed, terms.momenta_of_rest()) : std::nullopt) found.push_back(std::move(*turn));
     return found;
   }
 
@@ -139,7 +141,7 @@ struct EquationsOfRates {
 template <class Graph>
 class AngularUnknowns {
  public:
-  /// @param apart  the right side without the τ of free turns
+  /// @param apart  the right side without the torques of all rotations that are followed; those of others do not reach the own coordinates
   AngularUnknowns(Graph& graph, const std::vector<FreeTurn>& turns, const std::vector<int>& apart) : graph_(graph), turns_(turns), apart_(apart) {}
 
   [[gnu::cold]] void enter(EquationsOfRates& e) {
@@ -184,7 +186,7 @@ class AngularUnknowns {
     for (const FreeTurn& turn : turns_)
       for (std::size_t c = 0; c < turn.own.size(); ++c)
         for (std::size_t u = 0; u < turn.own.size(); ++u)
-          if (const int way = entry(turn, c, u); graph_[way].kind != formula::Kind::constant) nodes.push_back(way);
+          if (const int way = entry(turn, c, u); !graph_.is_constant(way, 0.0) && !graph_.is_constant(way, 1.0)) nodes.push_back(way);
     return nodes;
   }
 
@@ -216,14 +218,9 @@ class AngularUnknowns {
     for (std::size_t u = 0; u < turn.own.size(); ++u)
       for (std::size_t w = 0; w <= u; ++w) e.mass_at(at(turn.own[u]), at(turn.own[w])) = u < 3 ? none_if_zero(turn.inertia[3 * u + w]) : none;
     if (!turn.along) return;
-    const int length = along(turn, 3, placed(turn).data());
+    int length = graph_.constant(0.0);
+    for (const int p : turn.p) length = graph_.sum(length, graph_.product(p, p));
     e.mass_at(at(turn.own[3]), at(turn.own[3])) = graph_.scaled(graph_.product(length, length), *turn.along);
-  }
-  // p at the places of the own coordinates.
-  static std::vector<int> placed(const FreeTurn& turn) {
-    std::vector<int> all(at(*std::ranges::max_element(turn.own)) + 1, none);
-    for (std::size_t c = 0; c < turn.own.size(); ++c) all[at(turn.own[c])] = turn.p[c];
-    return all;
   }
 
   Graph& graph_;
@@ -244,7 +241,7 @@ class DecidedUnknowns {
       const std::size_t n = e.n();
       bool is_massless = true;
       for (std::size_t j = 0; j < n; ++j) is_massless = is_massless && e.mass_at(c, j) < 0;
-      if (!is_massless) continue;
+      if (!is_massless || n == 1) continue;  // one unknown is left for the elimination
       for (std::size_t k = 0; k < e.gamma.size(); ++k) {
         bool is_alone = e.J[k * n + c] >= 0;
         for (std::size_t j = 0; j < n; ++j) is_alone = is_alone && (j == c || e.J[k * n + j] < 0);

@@ -19,15 +19,9 @@
 
 namespace qdot::detail {
 
-/// Which energies may have lines of ẏ in a run, and how many: bodies by their rotations have more than pay, and positions know better of some.
-template <class E, int n>
-inline constexpr bool may_have_solved_rates = [] {
-  if constexpr (n < 1 || n > straight_line_limit) return false;
-  else if constexpr (requires { requires E::has_own_equations; }) return true;
-  else return true;
-}();
-template <class E, int n>
-inline constexpr std::size_t most_solved_lines = 2000;
+/// How many coordinates may have lines of ẏ in a run.
+template <int n>
+inline constexpr bool may_have_solved_rates = n >= 1 && n <= straight_line_limit;
 
 /// ẏ by lines. Several threads may ask it at once.
 struct AnyRates {
@@ -35,10 +29,10 @@ struct AnyRates {
   /// ydot ← [q̇; q̈; ż] at y = [q; q̇; z]; false where another way must see to it, as in other phases.
   virtual bool write(double t, const double* y, std::span<const double> phases, double* ydot) const = 0;
 };
-/// Those of n coordinates in some phases, and of functors that compare numbers on the branch of a state; null where there are none, more than `most_lines`, or
+/// Those of n coordinates in some phases, and of functors that compare numbers on the branch of a state; null where there are none, or
 /// other ways are sooner.
 template <int n>
-std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, double t, const double* y, std::span<const double> phases, std::size_t most_lines);
+std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, double t, const double* y, std::span<const double> phases);
 
 /// Lines that a form keeps for its run, made once it has been asked for them some times. Several threads may ask at once; copies begin anew.
 ///
@@ -170,14 +164,14 @@ class KeptJacobians {
 
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
-extern template std::unique_ptr<AnyRates> solved_rates<1>(const RecordableForm&, double, const double*, std::span<const double>, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<2>(const RecordableForm&, double, const double*, std::span<const double>, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<3>(const RecordableForm&, double, const double*, std::span<const double>, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<4>(const RecordableForm&, double, const double*, std::span<const double>, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<5>(const RecordableForm&, double, const double*, std::span<const double>, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<6>(const RecordableForm&, double, const double*, std::span<const double>, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<7>(const RecordableForm&, double, const double*, std::span<const double>, std::size_t);
-extern template std::unique_ptr<AnyRates> solved_rates<8>(const RecordableForm&, double, const double*, std::span<const double>, std::size_t);
+extern template std::unique_ptr<AnyRates> solved_rates<1>(const RecordableForm&, double, const double*, std::span<const double>);
+extern template std::unique_ptr<AnyRates> solved_rates<2>(const RecordableForm&, double, const double*, std::span<const double>);
+extern template std::unique_ptr<AnyRates> solved_rates<3>(const RecordableForm&, double, const double*, std::span<const double>);
+extern template std::unique_ptr<AnyRates> solved_rates<4>(const RecordableForm&, double, const double*, std::span<const double>);
+extern template std::unique_ptr<AnyRates> solved_rates<5>(const RecordableForm&, double, const double*, std::span<const double>);
+extern template std::unique_ptr<AnyRates> solved_rates<6>(const RecordableForm&, double, const double*, std::span<const double>);
+extern template std::unique_ptr<AnyRates> solved_rates<7>(const RecordableForm&, double, const double*, std::span<const double>);
+extern template std::unique_ptr<AnyRates> solved_rates<8>(const RecordableForm&, double, const double*, std::span<const double>);
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<1>();
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<2>();
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<3>();

@@ -223,8 +223,6 @@ template <class Sys>
       return way_of_lines(lines->are_native(), kept.by(), lines->equations.count() > formula::longest_native_lines);
     return "dual numbers, because T or V asks for a plain value, compares in too many ways, or is too long to be recorded";
   }
-  if constexpr (requires { requires E::has_own_equations; })
-    if (kept.may_be_straight()) return "equations of positions and masses";
   if (kept.may_be_straight() && n >= 1 && n <= straight_line_limit && straight_line_pays) return "straight-line code";
   return RecordableEnergies<E, n> ? "dual numbers, because formulas of this number of coordinates are not recorded"
                                   : "dual numbers, because T and V do not take the scalar that records";

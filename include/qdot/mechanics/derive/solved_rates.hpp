@@ -53,33 +53,33 @@ namespace qdot::detail {
   return !first.empty() && !second.empty() && first[0].what == second[0].what;
 }
 
+// Of which an evaluation has a vector on the stack.
+inline constexpr std::size_t most_solved_numbers = 2000;
+
 enum class Written { yes, not_good, on_another_branch };
 
 /// q̈ and ż of T, V and effects of n coordinates by lines.
 template <int n>
 class SolvedRates final : public AnyRates {
  public:
-  /// @param most   lines that are sooner than other ways
-  [[gnu::cold]] SolvedRates(TracedEquations<double> equations, const LimitsOfPivots& limits, std::size_t most)
+  [[gnu::cold]] SolvedRates(TracedEquations<double> equations, const LimitsOfPivots& limits)
       : lines_(std::move(equations)), limits_(limits) {
     TracedEquations<double>& e = lines_.equations();
     e.begins = {1, e.begins.in_lanes};
     if (e.zdot.empty()) e.zdot.resize(e.states(), e.graph().constant(0.0));  // phases alone have none
-    solved_ = lines_.solved_rates(limits, most_numbers);
-    if (!solved_.lines || solved_.lines->table().lines.size() > most) return;
+    solved_ = lines_.solved_rates(limits, most_solved_numbers);
+    if (!solved_.lines) return;
     zdot_ = lines_.numbers(e.zdot);
     is_known_ = true;
   }
 
   /// Whether there are lines.
   bool is_known() const { return is_known_; }
-  /// Whether they are of one branch only.
-  bool has_branches() const { return !solved_.sides.empty(); }
 
   bool write(double t, const double* y, std::span<const double> phases, double* ydot) const override { return written(t, y, phases, ydot) == Written::yes; }
   [[gnu::always_inline]] Written written(double t, const double* y, std::span<const double> phases, double* ydot) const {
     if (!std::ranges::equal(phases, lines_.equations().motion.phases)) return Written::not_good;
-    double x[most_numbers];
+    double x[most_solved_numbers];
     Register<double, 2> two[n];  // steppers write y in pairs, and read ydot so: a load of a pair waits for two that were written apart
     unroll<n>([&](auto k) __attribute__((always_inline)) {
       __builtin_memcpy(&two[k], y + 2 * k, sizeof two[k]);
@@ -101,8 +101,6 @@ class SolvedRates final : public AnyRates {
   }
 
  private:
-  static constexpr std::size_t most_numbers = 2000;
-
   TracedLines<> lines_;
   TracedLines<>::Solved solved_;
   std::vector<int> zdot_;  // numbers
@@ -122,20 +120,18 @@ class SolvedRates final : public AnyRates {
 }
 
 template <int n>
-[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of(TracedEquations<double> equations, const RecordableForm& form, const std::vector<char>& holonomic,
-                                                       std::size_t most_lines) {
+[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of(TracedEquations<double> equations, const RecordableForm& form, const std::vector<char>& holonomic) {
   const bool pays = lines_pay(equations.graph());
-  if (!(pays || !holonomic.empty()) || holonomic.size() > n || equations.graph().nodes().size() > most_lines) return nullptr;
+  if (!(pays || !holonomic.empty()) || holonomic.size() > n || equations.graph().nodes().size() > most_solved_numbers) return nullptr;
   equations.derive(form.has_forces, holonomic);
   if (!pays && rows_are_simple(equations)) return nullptr;
-  auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits, most_lines);
+  auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits);
   return rates->is_known() ? std::move(rates) : nullptr;
 }
 
 /// The same on the branch of a state.
 template <int n>
-[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of_branch(const RecordableForm& form, double t, const double* y, std::span<const double> phases,
-                                                              std::size_t most_lines) {
+[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of_branch(const RecordableForm& form, double t, const double* y, std::span<const double> phases) {
   formula::Branches branches;
   branches.variables.assign(y, y + 2 * n);
   branches.variables.push_back(t);
@@ -149,28 +145,32 @@ template <int n>
     };
     if (std::ranges::none_of(equations.guards, is_same)) equations.guards.push_back(std::move(guard));
   }
-  return rates_of<n>(std::move(equations), form, holonomic, most_lines);
+  return rates_of<n>(std::move(equations), form, holonomic);
 }
 
 /// Rates on the branches that a run meets, each made where it is met first.
 template <int n>
 class RatesOfBranches final : public AnyRates {
  public:
-  RatesOfBranches(const RecordableForm& form, std::unique_ptr<SolvedRates<n>> first, std::size_t most_lines) : form_(form), most_lines_(most_lines) {
+  RatesOfBranches(const RecordableForm& form, std::unique_ptr<SolvedRates<n>> first) : form_(form) {
     all_[0] = std::move(first);
     count_.store(1);
   }
 
   bool write(double t, const double* y, std::span<const double> phases, double* ydot) const override {
-    const std::size_t latest = latest_.load(std::memory_order_relaxed);
+    const std::size_t latest = latest_.load(std::memory_order_acquire);
     const Written written = all_[latest]->written(t, y, phases, ydot);
-    if (written != Written::on_another_branch) return written == Written::yes;
-    return write_on_another(latest, t, y, phases, ydot);
+    if (written != Written::on_another_branch) {
+      if (misses_.load(std::memory_order_relaxed) != 0) misses_.store(0, std::memory_order_relaxed);
+      return written == Written::yes;
+    }
+    return misses_.load(std::memory_order_relaxed) < most_misses && write_on_another(latest, t, y, phases, ydot);
   }
 
  private:
   static constexpr std::size_t most = 16;
-  static constexpr int most_failed = 8;  // derivations that do not hold where they were made; then no more are made
+  static constexpr int most_failed = 8;   // derivations that do not hold where they were made; then no more are made
+  static constexpr int most_misses = 64;  // one after the other; then only the latest branch is tried until it holds again
 
   [[gnu::cold, gnu::noinline]] bool write_on_another(std::size_t latest, double t, const double* y, std::span<const double> phases, double* ydot) const {
     const std::size_t count = count_.load(std::memory_order_acquire);
@@ -178,14 +178,15 @@ class RatesOfBranches final : public AnyRates {
       if (k == latest) continue;
       const Written written = all_[k]->written(t, y, phases, ydot);
       if (written == Written::on_another_branch) continue;
-      latest_.store(k, std::memory_order_relaxed);
+      latest_.store(k, std::memory_order_release);
       return written == Written::yes;
     }
+    misses_.fetch_add(1, std::memory_order_relaxed);
     const std::unique_lock lock(adding_, std::try_to_lock);  // other threads go on without
     if (!lock.owns_lock() || count_.load() != count || count == most || failed_ == most_failed) return false;
     std::unique_ptr<SolvedRates<n>> made;
     try {
-      made = rates_of_branch<n>(form_, t, y, phases, most_lines_);
+      made = rates_of_branch<n>(form_, t, y, phases);
     } catch (...) {  // what functors throw they throw again, where they are asked for values
     }
     if (!made || made->written(t, y, phases, ydot) == Written::on_another_branch) {
@@ -194,33 +195,32 @@ class RatesOfBranches final : public AnyRates {
     }
     all_[count] = std::move(made);
     count_.store(count + 1, std::memory_order_release);
-    latest_.store(count, std::memory_order_relaxed);
+    latest_.store(count, std::memory_order_release);
     return all_[count]->written(t, y, phases, ydot) == Written::yes;
   }
 
   RecordableForm form_;
-  std::size_t most_lines_;
   mutable std::array<std::unique_ptr<SolvedRates<n>>, most> all_;
   mutable std::atomic<std::size_t> count_{0}, latest_{0};
+  mutable std::atomic<int> misses_{0};
   mutable std::mutex adding_;
   mutable int failed_ = 0;
 };
 
 template <int n>
-[[gnu::cold]] std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, double t, const double* y, std::span<const double> phases,
-                                                     std::size_t most_lines) {
+[[gnu::cold]] std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, double t, const double* y, std::span<const double> phases) {
   if (!formula::native_lines_are_possible()) return nullptr;
   try {
     std::vector<char> holonomic;
     TracedEquations<double> equations = recorded_at(form, phases, holonomic, nullptr);
-    return rates_of<n>(std::move(equations), form, holonomic, most_lines);
+    return rates_of<n>(std::move(equations), form, holonomic);
   } catch (const NotAnalytic&) {  // numbers are compared
   } catch (...) {  // what functors throw they throw again, where they are asked for values
     return nullptr;
   }
   try {
-    auto first = rates_of_branch<n>(form, t, y, phases, most_lines);
-    if (first) return std::make_unique<RatesOfBranches<n>>(form, std::move(first), most_lines);
+    auto first = rates_of_branch<n>(form, t, y, phases);
+    if (first) return std::make_unique<RatesOfBranches<n>>(form, std::move(first));
   } catch (...) {
   }
   return nullptr;

@@ -70,7 +70,7 @@ class TracedEquations {
   SparseEntries mass;  // lower triangle
   std::vector<int> right, zdot;
   std::vector<FreeTurn> free_turns;
-  std::vector<int> apart;  // the right side without the torques of free turns
+  std::vector<int> apart;  // where there are some: the right side without the torques of rotations that are followed
   SparseEntries J;
   std::vector<int> phi, velocity, gamma;  // of each row; phi is −1 of what restricts velocities only
   std::vector<formula::Guard> guards;     // of the branch that was recorded

@@ -121,7 +121,10 @@ class TracedLines {
   /// Whether the functors have values where the numbers are.
   bool hold_requirements() {
     const std::vector<Requirement>& all = equations().requirements;
-    if (required_.size() < all.size()) required_ = numbers(required());
+    if (required_.size() != all.size()) {
+      required_ = numbers(required());
+      required_.resize(all.size());
+    }
     bool hold = true;
     for (std::size_t k = 0; k < all.size(); ++k) hold = hold && all[k].holds((*this)[required_[k]]);
     return hold;

@@ -96,9 +96,9 @@ template <class Number>
   RatesOfNodes<formula::BasicGraph<Number>> rates(g, static_cast<int>(n()));
   CoriolisTerms<formula::BasicGraph<Number>> coriolis(rates, static_cast<int>(n()), motion.recording.turnings);
   const std::vector<int> terms = coriolis.of(T);
-  free_turns = FreeTurns<formula::BasicGraph<Number>>(g, static_cast<int>(n()), T).of(coriolis);
+  if (n() <= most_free_coordinates) free_turns = FreeTurns<formula::BasicGraph<Number>>(g, static_cast<int>(n()), T).of(coriolis);
   for (std::size_t i = 0; i < n(); ++i) {
-    apart.push_back(g.difference(right[i], coriolis.apart()[i]));
+    if (!free_turns.empty()) apart.push_back(g.difference(right[i], coriolis.apart()[i]));
     right[i] = g.difference(right[i], terms[i]);
   }
   rates.remember(velocity);

@@ -85,6 +85,11 @@ template <int count, EulerLagrangeNumber S>
   return {chained(std::integral_constant<int, 1>()), chained(std::integral_constant<int, 2>()), chained(std::integral_constant<int, 3>()), S(0.0)};
 }
 
+template <class S>
+S reciprocal(const S& x) {
+  return 1.0 / x;
+}
+
 /// V with W V = 1, row by row, where it is asked for; and what is zero where there is none.
 template <class S, bool is_asked>
 struct InverseTurn {
@@ -116,7 +121,7 @@ struct EulerTurn {
       omega[Q] = along * C_k - v[1] * S_k;
     }
     if constexpr (Inverse::is_wanted) {
-      const S D = i == k ? s : c, C = i == k ? c : s, one_over_D = 1.0 / D;
+      const S D = i == k ? s : c, C = i == k ? c : s, one_over_D = reciprocal(D);
       for (S& entry : inverse.entries) entry = S(0.0);
       const auto set = [&](int axis, const S& h, const S& e) {  // entries of R_kᵀ e_h and R_kᵀ e_j
         inverse.entries[axis] = one_over_D * h;
@@ -163,7 +168,7 @@ struct VectorTurn {
       omega[a] = of.c1 * v[a] - of.c2 * (u[b] * v[c] - u[c] * v[b]) + along * u[a];
     });
     if constexpr (Inverse::is_wanted) {  // 1 + ½ [u×] + d [u×]²
-      const S d = (of.c3 - 2.0 * of.c4) / (2.0 * of.c2), rest = 1.0 - d * x;
+      const S d = (of.c3 - 2.0 * of.c4) * reciprocal(S(2.0 * of.c2)), rest = 1.0 - d * x;
       for (int a = 0; a < 3; ++a) {
         const int b = (a + 1) % 3, c = (a + 2) % 3;
         const S along_a = d * u[a];
@@ -209,7 +214,7 @@ struct KnownRotation : Matrix<S, 3> {
   }
 };
 
-/// Which scalars remember rotations: those say so, with seen_to_be_one(x, y), whether two are one number.
+/// Which scalars remember rotations. Such a scalar has a function seen_to_be_one(x, y), which says whether two are one number.
 template <class S>
 inline constexpr bool remembers_rotations = requires { requires S::remembers_rotations; };
 

@@ -26,13 +26,13 @@ namespace qdot::detail {
 // In straight-line code there is no second way beside: where velocities are not rates, a mask becomes unknown, and the pass is dropped.
 template <int n, int... Is, class K>
 struct MovingPositions<EulerLagrange<n, std::integer_sequence<int, Is...>, K>> {
-  static constexpr bool known = true, is_only_way = true;
+  static constexpr bool known = true;
   using S = EulerLagrange<n, std::integer_sequence<int, Is...>, K>;
   using Position = PositionJet<n>;
 
   Present wrong = 0;
 
-  [[gnu::always_inline]] bool read(const S& x, const S& v, Position& to) {
+  [[gnu::always_inline]] void read(const S& x, const S& v, Position& to) {
     to = Position(x.value);
     to.rate = v.value;
     to.bend = v.rate;
@@ -42,14 +42,12 @@ struct MovingPositions<EulerLagrange<n, std::integer_sequence<int, Is...>, K>> {
     wrong |= static_cast<Present>((x.g_mask | x.h_mask | v.x_mask | v.h_mask | (x.x_mask ^ v.g_mask)) != 0) | x.half | v.half;
     wrong |= differ(x.has_rate ? x.rate : 0.0, v.value);
     ((to.template J<Is>() = x.template x<Is>(), wrong |= differ(x.template x<Is>(), v.template g<Is>())), ...);
-    return true;
   }
-  [[gnu::always_inline]] bool read_time(const S& t, Position& to) {
+  [[gnu::always_inline]] void read_time(const S& t, Position& to) {
     to = Position(t.value);
     to.rate = t.rate;
     to.has_rate = t.has_rate;
     wrong |= static_cast<Present>((t.g_mask | t.x_mask | t.h_mask) != 0) | (1U ^ t.has_rate) | differ(t.rate, 1.0);
-    return true;
   }
   [[gnu::always_inline]] ValueAndRate<S> both(const Position& position) const {
     const Position p = position.whole();
