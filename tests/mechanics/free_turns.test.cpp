@@ -267,7 +267,7 @@ TEST_CASE("turns about axes that are fixed have the accelerations that dual numb
 }
 
 // Two coordinates without inertia, each decided by a constraint of its own.
-TEST_CASE("where constraints decide all coordinates a run by lines has their accelerations") {
+TEST_CASE("where constraints decide all coordinates a run has their accelerations") {
   const auto massless = mechanical_system<2>([](const auto& q, const auto& v) { return 0.0 * q[0] * v[0] * v[1]; },
                                              [](const auto& q) { return q[0] * q[1]; }).with_indefinite_mass_matrix();
   const auto both = scene(massless, holonomic("first", [](const auto& q) { return 0.5 * q[0] * q[0] - 0.5; }),

@@ -74,6 +74,35 @@ TEST_CASE("a chain of masses accelerates as derived by hand, whether its positio
                    [](const auto& q, const auto& v, double) { return chain_by_loops(q, v); }) < 10 * rounded);
 }
 
+// A body on a point that is at rest, given by plain numbers, beside the same point on numbers that could move; and places that are products of matrices.
+TEST_CASE("plain numbers and products are places and rotations as well") {
+  const RigidBody top{1.5, Eigen::Vector3d(0.0, 0.1, 0.4), Eigen::Matrix3d(Eigen::Vector3d(0.6, 0.7, 0.3).asDiagonal())};
+  const auto down = uniform_gravity(0.0, 0.0, -free_fall);
+  const auto moving = kinematic_system<3>([=](const auto& q, auto& bodies) {
+    bodies.rigid_body(top, vector(0.0 * q[0], 0.0 * q[0], 0.0 * q[0]), euler_rotation_313(q[0], q[1], q[2]));
+  }, down);
+  const auto as_moving = [&](const auto& q, const auto& v, double) { return acceleration(moving, q, v); };
+  CHECK(difference<Straight::never>(kinematic_system<3>([=](const auto& q, auto& bodies) {
+          bodies.rigid_body(top, Eigen::Vector3d::Zero(), euler_rotation_313(q[0], q[1], q[2]));
+        }, down), as_moving, 0.3, 1.2) < rounded);
+  CHECK(difference<Straight::never>(kinematic_system<3>([=](const auto& q, auto& bodies) {
+          bodies.rigid_body(top, vector(0.0, 0.0, 0.0), rotation_z(q[0]) * rotation_x(q[1]) * rotation_z(q[2]));
+        }, down), as_moving, 0.3, 1.2) < rounded);
+  const auto arm = [](double length) {
+    return kinematic_system<2>([=](const auto& q, auto& bodies) {
+      using S = std::remove_cvref_t<decltype(q[0])>;
+      bodies.point_mass(1.0, planar_rotation(q[0]) * Vector<S, 2>(S(length), q[1]));
+      bodies.rigid_body(1.0, Eigen::Matrix3d(Eigen::Matrix3d::Identity()), vector(q[1], 0.0, 0.0), Eigen::Matrix3d(Eigen::Matrix3d::Identity()));
+    });
+  };
+  // r = R(φ) (l, s), and a mass on the axis: T = ½ (l² + s²) φ̇² + l φ̇ ṡ + ½ ṡ² + ½ ṡ²
+  CHECK(difference(arm(0.7), [](const auto& q, const auto& v, double) {
+          const double l = 0.7, s = q[1];
+          const Eigen::Matrix2d M = (Eigen::Matrix2d() << l * l + s * s, l, l, 2.0).finished();
+          return Eigen::Vector2d(M.llt().solve(Eigen::Vector2d(-2.0 * s * v[1] * v[0], s * v[0] * v[0])));
+        }) < rounded);
+}
+
 TEST_CASE("a rod with a sliding ring, a body and a mass, accelerates as derived by hand") {
   const double M = 2.0, L = 1.5, m = 0.3;
   const auto place = [=](const auto& q, auto& bodies) {

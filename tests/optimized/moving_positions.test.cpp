@@ -59,6 +59,22 @@ struct Swung {
   auto V(const auto& q) const { return 0.5 * q[1] * q[1]; }
 };
 
+// One coordinate: twice its velocity, a coordinate that is captured, and a velocity that is.
+enum class Which { swung, coordinate, velocity };
+template <Which which>
+struct OfOne {
+  auto T(const auto& q, const auto& v) const {
+    using std::cos, std::sin;
+    if constexpr (which == Which::swung) {
+      return 0.125 * velocity_of([](const auto& x) { return vector(sin(x[0]), x[0] * cos(x[0])); }, q, (2.0 * v).eval()).squaredNorm();
+    } else {
+      const auto held = which == Which::coordinate ? q[0] : v[0];
+      return 0.5 * v[0] * v[0] + 0.1 * velocity_of([&](const auto& x) { return vector(sin(x[0]) * held, cos(x[0])); }, q, v).squaredNorm();
+    }
+  }
+  auto V(const auto& q) const { return 0.3 * q[0] * q[0]; }
+};
+
 template <int n, class E>
 double difference(const E& energies) {
   const auto system = mechanical_system<n>(energies);
@@ -91,4 +107,7 @@ TEST_CASE("the value of a function of velocities keeps what they do to T") { CHE
 TEST_CASE("what is not the rate of the coordinates in T is differentiated in full") {
   CHECK(difference<2>(Swung<2>{}) < rounded);
   CHECK(difference<2>(Captured{}) < rounded);
+  CHECK(difference<1>(OfOne<Which::swung>{}) < rounded);
+  CHECK(difference<1>(OfOne<Which::coordinate>{}) < rounded);
+  CHECK(difference<1>(OfOne<Which::velocity>{}) < rounded);
 }

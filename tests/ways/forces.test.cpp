@@ -200,7 +200,7 @@ TEST_CASE("accelerations of scenes with forces through every door are those by n
   CHECK(difference_of_acceleration(looped(kinematic_system(5, bench::LoopedPositions{}, gravity_along<1>(-9.81)))) < rounded);
 }
 
-TEST_CASE("terms of effects in the energies of systems that know their own equations are those by nested duals") {
+TEST_CASE("terms of effects in the energies of systems by positions are those by nested duals") {
   const auto links = kinematic_system<2>(Links{}, gravity_along<1>(-9.81));
   const auto loops = kinematic_system<2>(bench::LoopedPositions{}, gravity_along<1>(-9.81));
   CHECK(difference_of_acceleration(scene(links, Well{})) < rounded);

@@ -155,7 +155,7 @@ struct TorqueOnBody {
   template <class S, int n>
   Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
     const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
-    // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do. Of a known rotation τ·ω = Rᵀτ·Ω.
+    // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do. A known rotation has Ω in closed form, and τ·ω = Rᵀτ·Ω.
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
       const Vector<D, n> at = q.template cast<D>();

@@ -7,8 +7,8 @@
 //     M q̈ − Jᵀλ = r + Q ,  J q̈ = γ        with constraints (effects/equations/constrained_equations.hpp)
 //     M alone                             impacts, projections, momenta
 //
-// There are several ways to M and r, and one ladder of them, with_mass_and_rhs(): straight-line code (mechanics/equations/straight_line.hpp), lines that are
-// derived once (mechanics/derive/kept_lines.hpp), and the band of more than 32 coordinates whose number is known at run time
+// There are several ways to M and r, and with_mass_and_rhs() is the ladder of them. Its steps are straight-line code (mechanics/equations/straight_line.hpp),
+// lines that are derived once (mechanics/derive/kept_lines.hpp), and a band, of more than 32 coordinates whose number is known at run time
 // (mechanics/equations/banded_equations.hpp). A caller passes an object `use` down the ladder, and each way ends by calling it with what it has found:
 //
 //     use.packed(at, M, r, present)    lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line
@@ -76,7 +76,7 @@ bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vect
   return false;
 }
 
-// Calls `use` with M and r at a state; false where there is no way but the general one. `kept`: the lines of these energies, if somebody keeps them.
+// Calls `use` with M and r at a state; false where there is no way but the general one. `kept`: the lines of these energies, if they are kept.
 template <int n, class E, class Use>
 bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
   if constexpr (Use::shared && n > inlined_uses_limit && n <= straight_line_limit) {
@@ -183,14 +183,6 @@ struct PackedTo {
     for (int i = 0; i < n; ++i) r_out[i] = r[i];
     return true;
   }
-  template <int blocks>
-  bool rows(const AtState&, int, const double* M, const double* r) const {
-    for (int i = 0; i < n; ++i) {
-      r_out[i] = r[i];
-      for (int j = 0; j <= i; ++j) M_out[triangle_index(i, j)] = M[4 * blocks * i + j];
-    }
-    return true;
-  }
 };
 
 // A use: M within its band, and r.
@@ -202,14 +194,6 @@ struct BandTo {
   bool banded(const AtState&, BandedMatrix& M, Eigen::VectorXd& r) const {
     M_out = std::move(M);
     r_out = std::move(r);
-    return true;
-  }
-  template <int blocks>
-  bool rows(const AtState&, int size, const double* M, const double* r) const {
-    M_out = BandedMatrix(size, size - 1);
-    r_out = Eigen::Map<const Eigen::VectorXd>(r, size);
-    for (int i = 0; i < size; ++i)
-      for (int j = 0; j <= i; ++j) M_out(i, j) = M[4 * blocks * i + j];
     return true;
   }
 };

@@ -122,7 +122,7 @@ struct FollowBy {
   [[gnu::always_inline]] auto operator()(const Entry& entry) const { return positions.both(typename Positions::Position(entry)); }
 };
 
-// visit(entry, k) of the entries of a matrix, whose rows or columns may be what lies together, by columns; without a loop where that counts.
+// Calls visit(entry, k) for the entries of a matrix, column by column, whichever way it is stored; without a loop where that counts.
 template <bool in_straight_lines, class Result, class Visit>
 [[gnu::always_inline]] inline void over_entries(const Result& matrix, const Visit& visit) {
   if constexpr (in_straight_lines && Result::SizeAtCompileTime != Dynamic) {
@@ -185,7 +185,7 @@ auto split(const Result& result) {
   }
 }
 
-// use(follow, x, t) of coordinates and time that move, where follow(entry) is the value and the rate of what was made of them; the time if it is given.
+// Calls use(follow, x, t) with coordinates and a time that move; t only if it is given. follow(entry) is the value and the rate of an entry made of them.
 // Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells of euler_lagrange_of().
 template <class S, class Q, class Qdot, class Use, class... Time>
 auto with_moving(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Use& use, const Time&... t) {

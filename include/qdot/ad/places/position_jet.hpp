@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A number that knows how it moves: what the kinematic door asks of a position, and no more.
+// A number that knows how it moves: what velocities in T, forces on points and constraints ask of a position.
 //
 // Of a position x(q, t) the equations of motion need
 //
@@ -17,7 +17,7 @@
 // no place here. Then a bit of the mask, above all others, is one that the compiler must not know: what follows from it has it as well.
 //
 // A square is kept with the derivatives of its half, as ad/lagrange/euler_lagrange.hpp keeps it: in ½(x² + y² − l²), of which constraints are made, and in
-// √(x² + y²) neither the 2 nor the ½ is computed. Whoever reads derivatives asks whole() for them first.
+// √(x² + y²) neither the 2 nor the ½ is computed. Code that reads derivatives calls whole() first.
 //
 // n + 3 numbers, where T(q, q̇) written with velocities needs a Hessian. As in ad/lagrange/euler_lagrange.hpp masks say which of them
 // may be other than zero, every component is a member with a name of its own and every operation is inlined,
@@ -35,10 +35,10 @@ struct RowEntry {
   double number;
 };
 
-// The bit above those of the components, zero but unknown to the compiler, where `wrong`.
+// The bit above those of the components, set but unknown to the compiler, where `wrong`.
 [[gnu::always_inline]] inline ComponentMask unknown_if(Present wrong) {
   if (!wrong) return 0;
-  ComponentMask mask = 0;
+  ComponentMask mask = ~ComponentMask(0);
   asm("" : "+r"(mask));
   return mask & bit(1, 63);
 }

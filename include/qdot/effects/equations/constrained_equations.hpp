@@ -229,13 +229,6 @@ struct ConstrainedTo {
     return solved(at, M, r, present);
   }
   [[gnu::noinline, gnu::flatten]] bool full(const AtState& at, double* M, double* r) const { return solved(at, M, r, ~ComponentMask(0)); }
-  template <int blocks>
-  bool rows(const AtState& at, int, const double* M, double* r) const {
-    double triangle[n * (n + 1) / 2];
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j <= i; ++j) triangle[triangle_index(i, j)] = M[4 * blocks * i + j];
-    return full(at, triangle, r);
-  }
 
  private:
   [[gnu::flatten]] bool solved(const AtState& at, double* M, double* r, ComponentMask present) const {

@@ -3,7 +3,7 @@
 //
 // Σ Q of a scene's effects, and Σ (Q − ∂V/∂q) with the potentials that they add.
 //
-// Potentials of effects are a part of V, and who asks for energies or for the whole of the equations finds them there
+// Potentials of effects are a part of V, and what asks for energies or for the whole of the equations finds them there
 // (effects/equations/energy_terms.hpp). But their forces can be found without the system's T and V: then the system keeps the equations that it has
 // derived, and a spring-damper looks for its length once.
 

@@ -3,7 +3,7 @@
 //
 // T and V of a system with the terms of its effects in them.
 //
-// They are a T and a V like others. What asks for the forces of potentials by themselves (effects/equations/effect_forces.hpp) finds the energies without.
+// They are a T and a V like others. What asks for the forces of potentials by themselves (effects/equations/effect_forces.hpp) gets the energies without them.
 
 #include <cstddef>
 #include <tuple>
@@ -20,15 +20,6 @@ struct EnergyTerms {
 
   static constexpr bool in_T = (LagrangianEffect<Effects, n> || ...);
   static constexpr bool in_V = (PotentialEffect<Effects, n> || ...);
-
-  template <class S>
-  S T(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    return added_to_T(S(0.0), q, qdot, t);
-  }
-  template <class S>
-  S V(const Vector<S, n>& q, const S& t) const {
-    return added_to_V(S(0.0), q, t);
-  }
 
   template <std::size_t i = 0, class S>
   [[gnu::flatten]] S added_to_T(const S& sum, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {

@@ -54,11 +54,6 @@ struct ForcedTo {
     const Vector<double, n> Q = forces_at<sum>(scene, z, at);
     return lines.write_accelerations<n>(x, Q.data(), free.threshold, free.qddot);
   }
-  template <int blocks>
-  bool rows(const AtState& at, int size, double* M, double* r) const {
-    add_forces(at, r);
-    return free.template rows<blocks>(at, size, M, r);
-  }
 
  private:
   [[gnu::noinline]] void add_forces(const AtState& at, double* r) const {

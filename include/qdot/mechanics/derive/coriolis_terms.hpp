@@ -8,7 +8,7 @@
 //     c_i = d/dt ∂T/∂q̇_i − ∂T/∂q_i   at q̈ = 0 .
 //
 // As it stands that is a walk back through T for p = ∂T/∂q̇, another for ∂T/∂q and one forwards for ṗ, and much of what they find cancels. But most
-// kinetic energies are sums of squares and products k u w of velocities, u = Ẋ for some function X(q, t) that nobody has to know. Of such a rate
+// kinetic energies are sums of squares and products k u w of velocities, u = Ẋ for some function X(q, t) that need not be known. Of such a rate
 // d/dt ∂u/∂q̇_i = ∂u/∂q_i (Lagrange's lemma, by which d'Alembert's principle becomes his equations). So the product contributes
 //
 //     c_i = k (∂u/∂q̇_i ẇ + ∂w/∂q̇_i u̇)   at q̈ = 0 ,
@@ -58,8 +58,8 @@ class CoriolisTerms {
     return terms();
   }
 
-  /// An angular velocity in T, L = ∂T/∂Ω where T is a sum of products of velocities, −1 for zero, and the torque of which c_i has W_i · torque. Of an entry
-  /// that is a rate, L and what is not Ω × L are with the rates.
+  /// An angular velocity in T. momentum is ∂T/∂Ω of those entries that are no rates, −1 for zero; c_i contains W_i · torque. Of an entry that is a rate, torque
+  /// is that of Ω × L alone; the rest is with the rates.
   struct Followed {
     const Turning* turning;
     std::array<int, 3> base;  // Ω = factor · base, since graphs multiply without factors

@@ -26,7 +26,7 @@
 
 namespace qdot::detail {
 
-/// Free turns are looked for among so many coordinates, as many as have lines to q̈ (mechanics/derive/solved_rates.hpp).
+/// Most coordinates among which free turns are looked for: only so many have lines to q̈ (mechanics/derive/solved_rates.hpp).
 inline constexpr std::size_t most_free_coordinates = 8;
 /// W is taken for regular above this.
 inline constexpr double regular_turning = 1e-6;
@@ -241,7 +241,7 @@ class DecidedUnknowns {
       const std::size_t n = e.n();
       bool is_massless = true;
       for (std::size_t j = 0; j < n; ++j) is_massless = is_massless && e.mass_at(c, j) < 0;
-      if (!is_massless || n == 1) continue;  // one unknown is left for the elimination
+      if (!is_massless || n == 1) continue;  // M must keep a row
       for (std::size_t k = 0; k < e.gamma.size(); ++k) {
         bool is_alone = e.J[k * n + c] >= 0;
         for (std::size_t j = 0; j < n; ++j) is_alone = is_alone && (j == c || e.J[k * n + j] < 0);

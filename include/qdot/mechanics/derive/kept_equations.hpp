@@ -29,8 +29,7 @@ struct AnyRates {
   /// ydot ← [q̇; q̈; ż] at y = [q; q̇; z]; false where another way must see to it, as in other phases.
   virtual bool write(double t, const double* y, std::span<const double> phases, double* ydot) const = 0;
 };
-/// Those of n coordinates in some phases, and of functors that compare numbers on the branch of a state; null where there are none, or
-/// other ways are sooner.
+/// Lines of n coordinates in some phases; of functors that compare numbers, on the branch of a state. Null where there are none, or other ways are sooner.
 template <int n>
 std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, double t, const double* y, std::span<const double> phases);
 

@@ -169,7 +169,7 @@ class BasicDerivedOnce {
 template <class = void>
 std::shared_ptr<DerivedOnce> derived_once(const std::shared_ptr<SharedDerivations>& shared);
 
-// Which energies may have kept lines: T and V, and positions (mechanics/kinematic_system.hpp). Runs of many coordinates, or of a number that is known at
+// Which energies may have kept lines: those that can be recorded. Runs of many coordinates, or of a number that is known at
 // run time, have other ways (mechanics/derive/traced_motion.hpp).
 template <class E, int n>
 inline constexpr bool may_keep_lines = n <= block_limit<n> && RecordableEnergies<E, n>;

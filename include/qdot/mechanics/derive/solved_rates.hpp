@@ -53,7 +53,7 @@ namespace qdot::detail {
   return !first.empty() && !second.empty() && first[0].what == second[0].what;
 }
 
-// Of which an evaluation has a vector on the stack.
+// An evaluation has at most so many numbers, on the stack.
 inline constexpr std::size_t most_solved_numbers = 2000;
 
 enum class Written { yes, not_good, on_another_branch };
@@ -179,6 +179,7 @@ class RatesOfBranches final : public AnyRates {
       const Written written = all_[k]->written(t, y, phases, ydot);
       if (written == Written::on_another_branch) continue;
       latest_.store(k, std::memory_order_release);
+      misses_.store(0, std::memory_order_relaxed);
       return written == Written::yes;
     }
     misses_.fetch_add(1, std::memory_order_relaxed);

@@ -4,7 +4,7 @@
 // Velocities inside T at the cost of first derivatives.
 //
 // Where T calls velocity_of(r, q, q̇) or an angular velocity, r is evaluated on scalars of Lagrange's equations. With dual numbers around
-// them that takes all second derivatives of r. But nobody needs these: of ṙ = J q̇ + ∂r/∂t Lagrange's equations ask for
+// them that takes all second derivatives of r. They are not needed: of ṙ = J q̇ + ∂r/∂t Lagrange's equations ask for
 //
 //     ∂ṙ/∂q̇ = J ,     D ṙ = s = J̇ q̇ + … ,     X ṙ = ∂ṙ/∂q − D ∂ṙ/∂q̇ = ∂ṙ/∂q − J̇ = 0 ,
 //
@@ -12,7 +12,8 @@
 // knows of itself (ad/places/position_jet.hpp). So r is evaluated on positions, and value and velocity are made from these.
 //
 // This holds where what r is given are positions, and the velocities beside them their rates. Coordinates and velocities are, and
-// parts and functions of them; anything else, such as quasi-velocities, or a coordinate that r has captured, is noticed and goes by duals.
+// parts and functions of them. Anything else, such as quasi-velocities, or a coordinate that r has captured, is noticed: a bit of the masks is set that the
+// compiler does not know, the pass is dropped, and the next step of the ladder has duals around its numbers.
 
 #include <cmath>
 #include <type_traits>
@@ -23,7 +24,6 @@
 
 namespace qdot::detail {
 
-// In straight-line code there is no second way beside: where velocities are not rates, a mask becomes unknown, and the pass is dropped.
 template <int n, int... Is, class K>
 struct MovingPositions<EulerLagrange<n, std::integer_sequence<int, Is...>, K>> {
   static constexpr bool known = true;

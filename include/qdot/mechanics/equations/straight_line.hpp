@@ -6,8 +6,8 @@
 // One pass of T and V on the scalar of ad/lagrange/euler_lagrange.hpp gives M and r = X L = ∂L/∂q − D ∂L/∂q̇, and M q̈ = r. When the
 // functors are straight-line code for the compiler (entries q[0], q[1], … or qdot::unroll), all zero components and all
 // repeated subexpressions vanish while it compiles, and what is left is the code that one would derive by hand.
-// A functor with a loop that stays a loop leaves the masks of L unknown to the compiler; with two coordinates or more the pass is then
-// dropped, as a whole, in favour of the general one.
+// A functor with a loop that stays a loop leaves the masks of L unknown to the compiler. With two coordinates or more the pass is then dropped as a whole,
+// and lines take its place (mechanics/derive/kept_lines.hpp).
 //
 // The solution is written out for each n (small_solve.hpp). Everything that could go wrong, a pivot that is not
 // positive, a number that is not finite, is left to the general way to look at again and to name.
@@ -30,7 +30,7 @@ namespace detail {
 // Largest n for this way: compile time grows with n⁴ or so (a chain of 8 takes about 10 s).
 inline constexpr int straight_line_limit = 8;
 
-// Unoptimized and sanitized code keeps every component; the general way is the faster one there.
+// Unoptimized and sanitized code keeps every component; lines are faster there.
 #if !defined(__OPTIMIZE__) || defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool straight_line_pays = false;
 #elif defined(__has_feature)
@@ -90,7 +90,7 @@ inline constexpr bool remembers_loops = false;
 template <int n, class E>
 inline std::atomic<bool> keeps_a_loop{false};
 
-// Where M and r are asked for. Handed on to who uses them, so that the compiler sees that sin q is there already.
+// Where M and r are asked for. Handed on to the use, so that the compiler sees that sin q is there already.
 struct AtState {
   const double *q, *qdot;
   double t;
@@ -103,6 +103,7 @@ template <int n, class E, class Use>
 [[gnu::flatten]] inline bool straight_line_equations(const E& e, const AtState& at, const Use& use) {
   if (remembers_loops && keeps_a_loop<n, E>.load(std::memory_order_relaxed)) return false;
   const EulerLagrange<n> L = euler_lagrange_of<n>(e, at.q, at.qdot, at.t);
+  if (n == 1 && has(L.g_mask | L.h_mask, 63)) return false;  // velocities that are no rates (mechanics/equations/moving_positions.hpp)
   // Of one coordinate nothing is gained by knowing them.
   if (n > 1 && !__builtin_constant_p(L.g_mask | L.h_mask)) {
     if (remembers_loops) keeps_a_loop<n, E>.store(true, std::memory_order_relaxed);

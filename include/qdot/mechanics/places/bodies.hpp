@@ -18,15 +18,27 @@
 
 namespace qdot::detail {
 
+// Whether a matrix has so many entries, as far as its type tells.
+template <class M, int least, int most>
+inline constexpr bool has_entries = M::SizeAtCompileTime == Dynamic || (M::SizeAtCompileTime >= least && M::SizeAtCompileTime <= most);
+template <class Position>
+consteval bool require_position() {
+  static_assert(has_entries<Position, 1, 3>, "qdot: the position of a body has 1, 2 or 3 entries");
+  return true;
+}
+
 // r_A + R AG.
 template <class Position, class Rotation>
 [[gnu::always_inline]] inline auto centre_of(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
-  using X = typename Position::Scalar;
+  static_assert(has_entries<Position, 3, 3> && has_entries<Rotation, 9, 9>, "qdot: the reference point of a rigid body has 3 entries, and its rotation 3 by 3");
+  const auto& point = r.derived().eval();
+  const auto& turned = R.eval();
+  using X = std::remove_cvref_t<decltype(point.coeff(0) + body.centre[0] * turned.coeff(0, 0))>;
   Vector<X, 3> centre;
   unroll<3>([&](auto i) __attribute__((always_inline)) {
-    centre[i] = r.derived().coeff(i);
-    unroll<3>([&](auto k) __attribute__((always_inline)) {
-      if (body.centre[k] != 0.0) centre[i] = centre[i] + body.centre[k] * R.coeff(i, k);
+    centre[i] = X(point.coeff(i));
+    unroll<3>([&](auto k) __attribute__((always_inline)) {  // what straight-line code knows of zeros must not depend on a number
+      if (is_euler_lagrange<X>::value || body.centre[k] != 0.0) centre[i] = centre[i] + body.centre[k] * turned.coeff(i, k);
     });
   });
   return centre;
@@ -49,6 +61,7 @@ struct KineticSum {
   }
   template <class Tensor, class Position, class Rotation>
   [[gnu::always_inline]] void rigid_body(double m, const Eigen::MatrixBase<Tensor>& inertia, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
+    static_assert(has_entries<Rotation, 9, 9>, "qdot: the rotation of a rigid body is a matrix of 3 by 3");
     T = T + 0.5 * (m * squared_speed(r) + quadratic_form(inertia, angular_velocity_along<Axes::of_body, S>(R, follow)));
   }
   template <class Position, class Rotation>
@@ -59,8 +72,9 @@ struct KineticSum {
  private:
   template <class Position>
   [[gnu::always_inline]] S squared_speed(const Eigen::MatrixBase<Position>& r) const {
+    static_assert(require_position<Position>());
     S sum(0.0);
-    over_entries<true>(r.derived(), [&](const auto& entry, auto) __attribute__((always_inline)) {
+    over_entries<true>(r.derived().eval(), [&](const auto& entry, auto) __attribute__((always_inline)) {
       const S rate = follow(entry).rate;
       sum = sum + rate * rate;
     });
@@ -76,7 +90,10 @@ struct WeightSum {
 
   template <class Position>
   [[gnu::always_inline]] void point_mass(double m, const Eigen::MatrixBase<Position>& r) {
-    over_entries<true>(r.derived(), [&](const auto& entry, auto i) __attribute__((always_inline)) { V = V - (m * field[i]) * entry; });
+    static_assert(require_position<Position>());
+    over_entries<true>(r.derived().eval(), [&](const auto& entry, auto i) __attribute__((always_inline)) {
+      if (may_differ_from_zero(field[i])) V = V - (m * field[i]) * entry;
+    });
   }
   template <class Position, class Angle>
   [[gnu::always_inline]] void planar_body(double m, double, const Eigen::MatrixBase<Position>& r, const Angle&) {
