@@ -83,10 +83,10 @@ TEST_CASE("plain numbers and products are places and rotations as well") {
   }, down);
   const auto as_moving = [&](const auto& q, const auto& v, double) { return acceleration(moving, q, v); };
   CHECK(difference<Straight::never>(kinematic_system<3>([=](const auto& q, auto& bodies) {
-          bodies.rigid_body(top, Eigen::Vector3d::Zero(), euler_rotation_313(q[0], q[1], q[2]));
+                                      bodies.rigid_body(top, Eigen::Vector3d::Zero(), euler_rotation_313(q[0], q[1], q[2]));
         }, down), as_moving, 0.3, 1.2) < rounded);
   CHECK(difference<Straight::never>(kinematic_system<3>([=](const auto& q, auto& bodies) {
-          bodies.rigid_body(top, vector(0.0, 0.0, 0.0), rotation_z(q[0]) * rotation_x(q[1]) * rotation_z(q[2]));
+                                      bodies.rigid_body(top, vector(0.0, 0.0, 0.0), rotation_z(q[0]) * rotation_x(q[1]) * rotation_z(q[2]));
         }, down), as_moving, 0.3, 1.2) < rounded);
   const auto arm = [](double length) {
     return kinematic_system<2>([=](const auto& q, auto& bodies) {
