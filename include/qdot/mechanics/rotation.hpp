@@ -128,7 +128,7 @@ template <int i, int j, int k, class S>
 auto euler_rotation(const S& a, const S& b, const S& c) {
   static_assert(i != j && j != k, "qdot::euler_rotation: two neighbouring axes must differ, or two angles do the work of one");
   using std::cos, std::sin;
-  constexpr int I = i - 1, J = j - 1, K = k - 1, h = 3 - I - J, o = 3 - J - K, P = (K + 1) % 3, Q = (K + 2) % 3;
+  constexpr int first_axis = i - 1, J = j - 1, K = k - 1, h = 3 - first_axis - J, o = 3 - J - K, P = (K + 1) % 3, Q = (K + 2) % 3;
   constexpr bool is_next = h == (J + 1) % 3;
   const Matrix<S, 3> first = rotation_about_axis<i>(a);
   const S s_j = sin(b), c_j = cos(b), s_k = sin(c), c_k = cos(c);
@@ -136,14 +136,14 @@ auto euler_rotation(const S& a, const S& b, const S& c) {
   unroll<3>([&](auto of) __attribute__((always_inline)) {
     constexpr int row = of;
     S two[3];  // of R_i(a) R_j(b): axis i lies in the plane of the second turn, and axis j in that of the third, so there are entries 1 and 0
-    if constexpr (row == I) {
-      two[I] = c_j;
+    if constexpr (row == first_axis) {
+      two[first_axis] = c_j;
       two[h] = is_next ? s_j : S(-s_j);
       R(row, o) = two[o] * c_k;
       R(row, J) = o == P ? S(-(two[o] * s_k)) : S(two[o] * s_k);
     } else {
       two[J] = first(row, J);
-      two[I] = is_next ? S(-(first(row, h) * s_j)) : S(first(row, h) * s_j);
+      two[first_axis] = is_next ? S(-(first(row, h) * s_j)) : S(first(row, h) * s_j);
       two[h] = first(row, h) * c_j;
       R(row, P) = two[P] * c_k + two[Q] * s_k;
       R(row, Q) = two[Q] * c_k - two[P] * s_k;
