@@ -281,7 +281,7 @@ TEST_CASE("few operations go without lines of their own") {
   const auto pays = []<int n>(const auto& system, std::integral_constant<int, n>) {
     detail::TracedEquations<double> recorded(n, 0);
     detail::run_energies<n>(recorded.motion, system.energies());
-    return detail::lines_pay(recorded.graph());
+    return detail::lines_pay(recorded.graph(), n);
   };
   using Two = std::integral_constant<int, 2>;
   const auto kepler = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return -1.0 / q.norm(); });

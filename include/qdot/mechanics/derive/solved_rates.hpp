@@ -33,9 +33,11 @@
 
 namespace qdot::detail {
 
-/// Whether lines are sooner than what the compiler makes of T and V, as seen from what these write down: sines of several angles, or many operations.
-[[gnu::cold]] inline bool lines_pay(const formula::Graph& graph) {
-  constexpr std::size_t angles = 2, operations = 30;
+/// Whether lines are sooner than what the compiler makes of T and V of n coordinates, as seen from what these write down: sines of several angles, or many
+/// operations.
+[[gnu::cold]] inline bool lines_pay(const formula::Graph& graph, std::size_t n) {
+  constexpr std::size_t angles = 2;
+  const std::size_t operations = n < 3 ? 30 : 20;
   std::vector<int> seen;  // whose sine or cosine is asked
   for (const auto& node : graph.nodes()) {
     if (node.kind != formula::Kind::function || (node.function != formula::Function::sin && node.function != formula::Function::cos)) continue;
@@ -121,7 +123,7 @@ class SolvedRates final : public AnyRates {
 
 template <int n>
 [[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of(TracedEquations<double> equations, const RecordableForm& form, const std::vector<char>& holonomic) {
-  const bool pays = lines_pay(equations.graph());
+  const bool pays = lines_pay(equations.graph(), equations.n());
   if (!(pays || !holonomic.empty()) || holonomic.size() > n || equations.graph().nodes().size() > most_solved_numbers) return nullptr;
   equations.derive(form.has_forces, holonomic);
   if (!pays && rows_are_simple(equations)) return nullptr;
