@@ -349,20 +349,29 @@ TEST_CASE("threads that share a form whose functors compare have the numbers of 
   for (const double each : worst) CHECK(each < 10 * rounded);
 }
 
-TEST_CASE("a functor that reads a value itself has no lines") {
-  const auto read = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
-                                         [](const auto& q) {
-                                           using std::cos;
-                                           const double scale = innermost_value(q[0]) > 0.0 ? 2.0 : 1.0;
-                                           return cos(q[0]) * cos(q[1]) * scale;
-                                         });
-  const auto form = form_of_run(read);
-  evaluate_until_lines(form, Eigen::Vector4d(0.5, 0.4, 0.0, 0.0));
-  for (const double q : {0.5, -0.5}) {
-    Eigen::VectorXd ydot(4);
-    form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(q, 0.4, 0.0, 0.0)), ydot);
-    CHECK(std::abs(ydot[2] - std::sin(q) * std::cos(0.4) * (q > 0.0 ? 2.0 : 1.0)) < rounded);
-  }
+// No guard holds what they read.
+TEST_CASE("functors that read a value itself, or ask whether it is infinite, have no lines") {
+  const auto with_scale = [](const auto& is_above) {
+    return mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },
+                                [=](const auto& q) {
+                                  using std::cos;
+                                  return cos(q[0]) * cos(q[1]) * (is_above(q[0]) ? 2.0 : 1.0);
+                                });
+  };
+  const auto check = [&](const auto& system) {
+    const auto form = form_of_run(system);
+    evaluate_until_lines(form, Eigen::Vector4d(1.5, 0.4, 0.0, 0.0));
+    for (const double q : {1.5, -0.5}) {
+      Eigen::VectorXd ydot(4);
+      form.derivative(0.0, Eigen::VectorXd(Eigen::Vector4d(q, 0.4, 0.0, 0.0)), ydot);
+      CHECK(std::abs(ydot[2] - std::sin(q) * std::cos(0.4) * (q > 0.0 ? 2.0 : 1.0)) < rounded);
+    }
+  };
+  check(with_scale([](const auto& x) { return innermost_value(x) > 0.0; }));
+  check(with_scale([](const auto& x) {
+    using std::exp, std::isinf;
+    return isinf(exp(800.0 * x));
+  }));
 }
 
 TEST_CASE("where functors are others by then, lines are derived anew") {

@@ -98,7 +98,7 @@ template <class Number>
   return good;
 }
 
-// M ← M + ϱ JᵀJ and r ← r + ϱ Jᵀγ, which changes no q̈ with J q̈ = γ; ϱ makes both about as large.
+// M ← M + ϱ JᵀJ, which changes λ by ϱγ and no q̈ with J q̈ = γ; ϱ makes both about as large.
 template <class Graph>
 [[gnu::cold]] void lend_inertia(Graph& graph, EquationsOfRates& e) {
   if (e.gamma.empty()) return;
@@ -113,7 +113,6 @@ template <class Graph>
     for (std::size_t i = 0; i < n; ++i) {
       if (e.J[k * n + i] < 0) continue;
       const int lent = graph.product(rho, e.J[k * n + i]);
-      e.right[i] = graph.sum(e.right[i], graph.product(lent, e.gamma[k]));
       for (std::size_t j = 0; j <= i; ++j) {
         if (e.J[k * n + j] < 0) continue;
         int& m = e.mass_at(i, j);
