@@ -18,26 +18,13 @@
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
+#include "systems/library_rotations.hpp"
 
 using namespace qdot;
 
 namespace {
 
 constexpr double rounded = 1e-11;  // of some hundred operations, and the condition of M away from poles
-
-template <int i, int j, int k>
-struct ByAngles {
-  static constexpr int n = 3;
-  auto operator()(const auto& q) const { return euler_rotation<i, j, k>(q[0], q[1], q[2]); }
-};
-struct ByVector {
-  static constexpr int n = 3;
-  auto operator()(const auto& u) const { return rotation_from_vector(u); }
-};
-struct ByQuaternion {
-  static constexpr int n = 4;
-  auto operator()(const auto& p) const { return rotation_from_quaternion(p); }
-};
 
 // T = ½ Ω·I Ω with all of I, a rotor of constant spin along an axis, and ½ κ (p·ṗ)² or another inertia of what is no rotation: of each coordinate, one that
 // varies, or one of another sum of p_i ṗ_i.

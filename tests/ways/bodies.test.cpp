@@ -9,6 +9,7 @@
 #include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
+#include "systems/library_rotations.hpp"
 #include "systems/solution_by_pivots.hpp"
 
 using namespace qdot;
@@ -16,20 +17,6 @@ using namespace qdot;
 namespace {
 
 constexpr double rounded = 1e-12;  // of both ways, times the condition of M, which is moderate but near poles
-
-template <int i, int j, int k>
-struct ByAngles {
-  static constexpr int n = 3;
-  auto operator()(const auto& q) const { return euler_rotation<i, j, k>(q[0], q[1], q[2]); }
-};
-struct ByVector {
-  static constexpr int n = 3;
-  auto operator()(const auto& u) const { return rotation_from_vector(u); }
-};
-struct ByQuaternion {
-  static constexpr int n = 4;
-  auto operator()(const auto& p) const { return rotation_from_quaternion(p); }
-};
 
 struct States {
   std::mt19937 random{11};
