@@ -11,6 +11,7 @@
 
 #include "bench/chain_energies.hpp"
 #include "catch2_bridge.hpp"
+#include "mechanics/form_of_run.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/contact.hpp"
 #include "qdot/effects/scene_form.hpp"
@@ -26,12 +27,6 @@ constexpr double a_step_away = 1e-10;      // as far as a step leaves the constr
 constexpr double rounded = 40 * epsilon;   // of states of size 1: some ten operations, and the condition of J M⁻¹ Jᵀ
 constexpr int until_lines = 101;           // projections
 
-template <class Scene>
-auto form_of_run(const Scene& scene) {
-  auto form = first_order_form(scene);
-  form.expect_long_run();
-  return form;
-}
 template <class Form>
 void project_until_lines(const Form& form, double t, const Eigen::VectorXd& y) {
   for (int i = 0; i < until_lines; ++i) {

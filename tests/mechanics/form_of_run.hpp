@@ -11,7 +11,7 @@
 
 namespace qdot {
 
-inline constexpr int until_lines = 3001;  // evaluations
+inline constexpr int evaluations_until_lines = 3001;
 
 template <class System>
 auto form_of_run(const System& system) {
@@ -22,7 +22,7 @@ auto form_of_run(const System& system) {
 template <class Form>
 void evaluate_until_lines(const Form& form, const Eigen::VectorXd& y) {
   Eigen::VectorXd ydot(y.size());
-  for (int i = 0; i < until_lines; ++i) form.derivative(0.0, y, ydot);
+  for (int i = 0; i < evaluations_until_lines; ++i) form.derivative(0.0, y, ydot);
 }
 inline bool is_by_lines(const std::string& way) { return way.find("recorded formulas") != std::string::npos || !formula::native_lines_are_possible(); }
 

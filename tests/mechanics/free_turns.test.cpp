@@ -88,6 +88,7 @@ template <class System>
 std::size_t free_turns_of(const System& system) {
   detail::TracedEquations<double> e(System::dof_at_compile_time, 0);
   detail::run_energies<System::dof_at_compile_time>(e.motion, system.energies());
+  e.finds_free_turns = true;
   e.derive(false, {});
   return e.free_turns.size();
 }

@@ -208,7 +208,7 @@ TEST_CASE("a constraint that becomes another in a run by lines ends the run by i
   const double angle = std::acos(0.85);
   const auto observer = [&](const StepView& step) { height = step.t() > 300.0 ? 0.05 : 0.0; };
   const auto run = simulate(s, State<2>{0.0, {angle, -angle}, {0.4, 0.4}}, 400.0, Dop853{}, {.rtol = 1e-10}, observer);
-  CHECK(run.statistics.evaluations > 2 * until_lines);
+  CHECK(run.statistics.evaluations > 2 * evaluations_until_lines);
   CHECK(run.outcome == Outcome::model_changed);
 }
 
@@ -221,7 +221,7 @@ TEST_CASE("a force that becomes another in a run by lines ends the run by its na
   const auto s = scene(mechanical_system<2>(bench::LoopedChain{}), push);
   const auto observer = [&](const StepView& step) { strength = step.t() > 300.0 ? 1.5 : 1.0; };
   const auto run = simulate(s, State<2>{0.0, {0.3, 0.2}, {0.0, 0.0}}, 400.0, Dop853{}, {.rtol = 1e-10}, observer);
-  CHECK(run.statistics.evaluations > 2 * until_lines);  // most of them before the change
+  CHECK(run.statistics.evaluations > 2 * evaluations_until_lines);  // most of them before the change
   CHECK(run.outcome == Outcome::model_changed);
 }
 
@@ -248,7 +248,7 @@ TEST_CASE("a controller that throws, or has no value any more, ends a run by lin
   };
   const auto held = run_until_lost(Then::holds);
   CHECK(held.completed());
-  CHECK(held.statistics.evaluations > 2 * until_lines);
+  CHECK(held.statistics.evaluations > 2 * evaluations_until_lines);
   CHECK_THROWS_AS(run_until_lost(Then::throws), Lost);
   CHECK(run_until_lost(Then::is_nan).outcome == Outcome::non_finite);
 }
@@ -410,7 +410,7 @@ TEST_CASE("threads that share a form have the numbers of one") {
   std::vector<std::thread> threads;
   for (double& each : worst)
     threads.emplace_back([&] {
-      for (int i = 0; i < until_lines; ++i) {
+      for (int i = 0; i < evaluations_until_lines; ++i) {
         const Eigen::VectorXd y = state<4>(0.001 * i);
         Eigen::VectorXd found(8), expected(8);
         form.derivative(0.0, y, found);
@@ -448,7 +448,7 @@ TEST_CASE("a run of a hidden system has the bits of one of its type, however lon
   const State<2> start{0.0, {0.3, 0.2}, {0.0, 0.1}};
   const auto typed = simulate(chain, start, 60.0, Dop853{}, {.rtol = 1e-10});
   const auto hidden = simulate(AnySystem(chain), State<Dynamic>{0.0, start.q, start.qdot}, 60.0, Dop853{}, {.rtol = 1e-10});
-  CHECK(typed.statistics.evaluations > 2 * until_lines);
+  CHECK(typed.statistics.evaluations > 2 * evaluations_until_lines);
   CHECK(typed.y == hidden.y);
 }
 

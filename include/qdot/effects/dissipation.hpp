@@ -49,7 +49,7 @@ struct RayleighFunction {
   // Jets in the direction of velocities; positions and time are constants.
   template <class S, int n>
   [[gnu::flatten]] Vector<S, n> force_by_jets(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    using Number = detail::Moving<S, n>;
+    using Number = detail::PositionJet<n>;
     Vector<Number, n> x, v;
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       x[i] = Number(q[i]);
@@ -232,8 +232,8 @@ struct SpringDamper {
 
   template <class Law, class S, int n>
   [[gnu::flatten]] Vector<S, n> pull_by_jets(const Law& f, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    const detail::MovingCoordinates<S, n> moving(q, qdot, t);
-    const detail::Moving<S, n> l = length(moving.q, moving.t).whole();
+    const detail::MovingCoordinates<n> moving(q, qdot, t);
+    const detail::PositionJet<n> l = length(moving.q, moving.t).whole();
     Vector<S, n> Q = Vector<S, n>::Zero();
     detail::ComponentMask present = 0;
     detail::add_gradient(Q, present, S(-f(l.value, detail::rate_of(l))), l);

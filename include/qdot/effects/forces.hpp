@@ -9,7 +9,7 @@
 //     a torque τ on a body with pose R(q)    Qᵢ = τ·ωᵢ ,   ωᵢ the angular velocity of q̇ = eᵢ
 //
 // Both are one evaluation of the user's r(q) or R(q) on numbers that carry derivatives (effects/equations/moving_points.hpp, or duals);
-// nobody writes a Jacobian. Forces on points may depend on where the point is and how it moves, which is what drag, springs to the wall
+// no Jacobian is written. Forces on points may depend on where the point is and how it moves, which is what drag, springs to the wall
 // and magnets need.
 
 #include <type_traits>
@@ -93,8 +93,8 @@ struct ForceAtPoint {
   template <class S, int n>
   [[gnu::flatten]] Vector<S, n> force_by_jets(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     constexpr int axes = Point<n>::RowsAtCompileTime;
-    using Number = detail::Moving<S, n>;
-    const detail::MovingCoordinates<S, n> moving(q, qdot, t);
+    using Number = detail::PositionJet<n>;
+    const detail::MovingCoordinates<n> moving(q, qdot, t);
     const auto point = detail::of_position(r, moving.q, moving.t);
     Number x[axes];
     Vector<S, axes> position, velocity;
@@ -183,8 +183,8 @@ struct TorqueOnBody {
   template <class S, int n>
   [[gnu::flatten]] Vector<S, n> force_by_jets(const Vector<S, n>& q, const S& t) const {
     const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
-    using Number = detail::Moving<S, n>;
-    const detail::MovingCoordinates<S, n> moving(q, q, t);  // at whatever velocity
+    using Number = detail::PositionJet<n>;
+    const detail::MovingCoordinates<n> moving(q, q, t);  // at whatever velocity
     const auto rotation = detail::of_position(R, moving.q, moving.t);
     Vector<S, n> Q = Vector<S, n>::Zero();
     Q[0] = 0.0 * (tau[0] + tau[1] + tau[2]);  // torques that are not finite do not vanish about axes that do not turn

@@ -19,7 +19,7 @@
 //     bodies.rigid_body(m, I, r, R)         r: centre of mass; I: 3×3 about it, along the body's axes; R: rotation matrix
 //     bodies.rigid_body(body, r, R)         r: reference point of a RigidBody (rigid_body.hpp)
 //
-// R may be made of Euler angles, quaternions or anything else (rotation.hpp). Nobody writes a velocity. The result is a
+// R may be made of Euler angles, quaternions or anything else (rotation.hpp). No velocity is written. The result is a
 // system like any other, with T = Σ ½ m ṙ·ṙ + ½ Ω·I Ω, and everything that works for T and V works for it: energy and
 // momenta, effects, steppers, exact Jacobians.
 //

@@ -189,7 +189,7 @@ auto kinetic_energy_of_body(const RigidBody& body, const Eigen::MatrixBase<R>& r
 }
 
 /// T of a body from where it is: its rotation R(q) and the position r_A(q) of its reference point, both
-/// generic functions of q, or of (q, t) when a time follows q̇. Nobody derives ω or v_A.
+/// generic functions of q, or of (q, t) when a time follows q̇. ω and v_A need not be derived.
 template <class Rotation, class Position, class Q, class Qdot, class... Time>
 auto kinetic_energy_of_body(const RigidBody& body, const Rotation& rotation, const Position& position,
                             const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Time&... t) {

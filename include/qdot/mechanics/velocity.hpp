@@ -1,8 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Velocity from position: nobody writes ẋ by hand
-// ===============================================
+// Velocity from position: ẋ is not written by hand
+// ================================================
 //
 // The lecture writes the position of every point with the generalized coordinates, r = r(q, t), and
 // then differentiates,

@@ -22,6 +22,7 @@ struct Side {
   double sign = 1.0, level = 0.0;
   bool closed = false;
 
+  bool is_side_of(const Side& other) const { return sign == other.sign && level == other.level && closed == other.closed; }
   bool has(double value) const {
     const double above = sign * (value - level);
     return above > 0.0 || (above == 0.0 && closed);

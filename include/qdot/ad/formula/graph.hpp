@@ -203,15 +203,29 @@ class BasicGraph {
     return scaled(quotient(node.a, sum(product(node.a, node.a), square)), -1.0);
   }
 
-  /// Whether a node depends on one of these variables, for each of the nodes up to `last`.
-  constexpr std::vector<char> dependence(int last, std::span<const int> variables) const {
+  /// factor·node + offset; node −1 for a constant.
+  struct Term {
+    int node;
+    Coefficient factor, offset;
+  };
+  /// A node without the factor and the offset that it has.
+  constexpr Term term(int x) const {
+    const Node& node = (*this)[x];
+    if (node.kind == Kind::constant) return {-1, 0.0, node.c};
+    if (node.kind == Kind::affine && node.b < 0) return {node.a, node.ca, node.c};
+    return {x, 1.0, 0.0};
+  }
+
+  /// Whether a node depends on one of these variables, for each of the nodes up to `last`; if there are ends, otherwise than through these.
+  constexpr std::vector<char> dependence(int last, std::span<const int> variables, std::span<const int> ends = {}) const {
     std::vector<char> depends(static_cast<std::size_t>(last) + 1, 0);
     for (const int x : variables)
       if (x <= last) depends[static_cast<std::size_t>(x)] = 1;
     for (std::size_t w = 0; w < depends.size(); ++w) {
       const Node& node = nodes_[w];
       if (node.kind == Kind::constant || node.kind == Kind::variable) continue;
-      if (depends[static_cast<std::size_t>(node.a)] != 0 || (node.b >= 0 && depends[static_cast<std::size_t>(node.b)] != 0)) depends[w] = 1;
+      if (depends[static_cast<std::size_t>(node.a)] != 0 || (node.b >= 0 && depends[static_cast<std::size_t>(node.b)] != 0))
+        depends[w] = std::find(ends.begin(), ends.end(), static_cast<int>(w)) == ends.end();
     }
     return depends;
   }
@@ -286,10 +300,6 @@ class BasicGraph {
  private:
   static constexpr double two_over_root_pi = 1.12837916709551257390;
 
-  struct Term {  // factor·node + offset; node −1 for a constant
-    int node;
-    Coefficient factor, offset;
-  };
   struct Power {
     int base;
     double exponent;
@@ -299,12 +309,6 @@ class BasicGraph {
   constexpr bool is_plain(int x) const {
     const Kind kind = (*this)[x].kind;
     return kind == Kind::variable || kind == Kind::product || kind == Kind::quotient || kind == Kind::function;
-  }
-  constexpr Term term(int x) const {
-    const Node& node = (*this)[x];
-    if (node.kind == Kind::constant) return {-1, 0.0, node.c};
-    if (node.kind == Kind::affine && node.b < 0) return {node.a, node.ca, node.c};
-    return {x, 1.0, 0.0};
   }
   constexpr Power as_power(int x) const {
     const Node& node = (*this)[x];

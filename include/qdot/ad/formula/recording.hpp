@@ -180,7 +180,7 @@ class Recorded : public FormulaNumber<Recorded> {
   friend bool seen_to_be_one(const Recorded& x, const Recorded& y) {
     return x.recording_ == y.recording_ && (x.recording_ ? x.node_ == y.node_ : x.constant_ == y.constant_);
   }
-  /// Notes that omega is the angular velocity, along the axes of a body, of a rotation by `count` numbers p with rates v.
+  /// Notes a Recording::Turning: omega along the axes of a body, `count` numbers p with rates v, V of 3 count entries, and what is not zero where W is regular.
   friend void note_turning(const Recorded* omega, const Recorded* p, const Recorded* v, int count, const Recorded* inverse, const Recorded& regular) {
     Recording* recording = nullptr;
     for (int a = 0; a < 3; ++a) recording = omega[a].recording_ ? omega[a].recording_ : recording;

@@ -30,8 +30,8 @@ template <class E, class S, int n>
   if constexpr (moves_by_jets<S, n>) {
     Vector<S, n> Q = Vector<S, n>::Zero();
     ComponentMask present = 0;
-    using Number = Moving<S, n>;
-    add_gradient(Q, present, -1.0, Number(e.potential_term(MovingCoordinates<S, n>(q, q, t).q, Number(t))));
+    using Number = PositionJet<n>;
+    add_gradient(Q, present, -1.0, Number(e.potential_term(MovingCoordinates<n>(q, q, t).q, Number(t))));
     return Q;
   } else {
     return -gradient(marked<SlopeOfEffect>([&](const auto& x) {

@@ -19,7 +19,7 @@
 
 namespace qdot::detail {
 
-/// Lines, as long as somebody has them; null where there are none.
+/// Lines, which live as long as an owner of them; null where there are none.
 using OwnedLines = std::shared_ptr<const DerivedLines>;
 
 // Whether an effect of type E is a force or a part of L that can be recorded; `Made` is its type with recorded parameters.

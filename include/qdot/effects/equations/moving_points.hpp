@@ -12,7 +12,6 @@
 
 #include <type_traits>
 
-#include "qdot/ad/pack_math.hpp"
 #include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
@@ -26,24 +25,14 @@ struct SlopeOfEffect {};  // the tag of the perturbations by which generalized f
 template <class S, int n>
 inline constexpr bool moves_by_jets = std::is_same_v<S, double> && straight_line_pays && n >= 1 && n <= straight_line_limit;
 
-// The number that knows how it moves.
-template <class S, int n>
-using Moving = PositionJet<n>;
-
-template <int n>
-[[gnu::always_inline]] inline ComponentMask slopes_of(const PositionJet<n>& x) { return x.mask; }
-template <int i, int n>
-[[gnu::always_inline]] inline double slope_of(const PositionJet<n>& x) { return x.template J<i>(); }
-
 // q and t on their way.
-template <class Number, int n>
+template <int n>
 struct MovingCoordinates {
-  using S = Moving<Number, n>;
-  Vector<S, n> q;
-  S t;
+  Vector<PositionJet<n>, n> q;
+  PositionJet<n> t;
 
-  [[gnu::always_inline]] MovingCoordinates(const Vector<Number, n>& at, const Vector<Number, n>& qdot, const Number& time) : t(S::time(time)) {
-    unroll<n>([&](auto i) __attribute__((always_inline)) { q[i] = S::template coordinate<i>(at[i], qdot[i]); });
+  [[gnu::always_inline]] MovingCoordinates(const Vector<double, n>& at, const Vector<double, n>& qdot, double time) : t(PositionJet<n>::time(time)) {
+    unroll<n>([&](auto i) __attribute__((always_inline)) { q[i] = PositionJet<n>::template coordinate<i>(at[i], qdot[i]); });
   }
 };
 
@@ -55,12 +44,11 @@ template <int n>
 template <class S, int n, class Number>
 [[gnu::always_inline]] inline void add_gradient(Vector<S, n>& Q, ComponentMask& present, const std::type_identity_t<S>& F, const Number& moving) {
   const Number& x = moving.whole();
-  const ComponentMask mask = slopes_of(x);
   unroll<n>([&](auto i) __attribute__((always_inline)) {
-    Q[i] = sum_of(has(present, i), Q[i], has(mask, i), product_if(has(mask, i), slope_of<i>(x), F));
+    Q[i] = sum_of(has(present, i), Q[i], has(x.mask, i), product_if(has(x.mask, i), x.template J<i>(), F));
   });
-  present |= mask;
-  const S zero = mask ? S(0.0) : S(F * (x.value - x.value));
+  present |= x.mask;
+  const S zero = x.mask ? S(0.0) : S(F * (x.value - x.value));
   Q[0] = sum_of(has(present, 0), Q[0], may_differ_from_zero(zero), zero);
   present |= may_differ_from_zero(zero);
 }

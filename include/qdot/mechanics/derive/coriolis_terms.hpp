@@ -122,8 +122,7 @@ class CoriolisTerms {
       const auto is_free = [&](int w) { return w <= last && (is_constant(w) || turns_[at(w)] == 0); };
       Followed f{&turning, turning.omega, {1.0, 1.0, 1.0}};
       for (std::size_t a = 0; a < 3; ++a)
-        if (const typename Graph::Node w = graph_[turning.omega[a]]; w.kind == formula::Kind::affine && w.b < 0 && formula::decisive(w.c) == 0.0)
-          f.base[a] = w.a, f.factor[a] = w.ca;
+        if (const auto w = graph_.term(turning.omega[a]); w.node >= 0 && formula::decisive(w.offset) == 0.0) f.base[a] = w.node, f.factor[a] = w.factor;
       const bool are_different = f.base[0] != f.base[1] && f.base[1] != f.base[2] && f.base[2] != f.base[0];
       if (!are_different || !std::ranges::all_of(turning.coordinates, is_followed) || !std::ranges::all_of(f.base, is_free)) continue;
       for (const int w : f.base) turns_[at(w)] = is_constant(w) ? 0 : 1;
@@ -228,7 +227,7 @@ class CoriolisTerms {
       add_to(adjoint, x.w, graph_.scaled(rates_.of(x.u), x.k));
     }
     const std::vector<int> momenta = followed_.empty() ? std::vector<int>() : angular_momenta();
-    walk_back(adjoint, turns_);
+    walk_back(adjoint, true);
     for (Followed& f : followed_) {
       const std::array<int, 3>& omega = f.turning->omega;
       for (std::size_t c = 0; c < 3; ++c)
@@ -249,17 +248,17 @@ class CoriolisTerms {
     std::vector<int> adjoint(known_.size(), -1), c;
     for (const Followed& f : followed_)
       for (std::size_t k = 0; k < 3; ++k) add_to(adjoint, f.base[k], graph_.scaled(f.torque[k], f.factor[k]));
-    walk_back(adjoint, {});
+    walk_back(adjoint, false);
     const std::vector<int> turning = at_velocities(adjoint);
     for (std::size_t i = 0; i < turning.size(); ++i) c.push_back(graph_.sum(apart_[i], turning[i]));
     return c;
   }
-  constexpr void walk_back(std::vector<int>& adjoint, std::span<const char> ends) {
+  constexpr void walk_back(std::vector<int>& adjoint, bool ends_at_omega) {
     const auto leads_on = [&](int x) { return x >= 0 && moves_[at(x)] != 0; };
     const auto add = [&](int x, int share) { add_to(adjoint, x, share); };
     for (int x = static_cast<int>(adjoint.size()) - 1; x >= 0; --x) {
       const int share = adjoint[at(x)];
-      if (share >= 0 && !graph_.is_constant(share, 0.0) && (ends.empty() || ends[at(x)] == 0)) graph_.pass_back(x, share, leads_on, add);
+      if (share >= 0 && !graph_.is_constant(share, 0.0) && !(ends_at_omega && turns_[at(x)] != 0)) graph_.pass_back(x, share, leads_on, add);
     }
   }
   constexpr std::vector<int> at_velocities(const std::vector<int>& adjoint) {
@@ -298,11 +297,11 @@ class CoriolisTerms {
   RatesOfNodes<Graph>& rates_;
   std::vector<int> q_, qdot_;
   int n_;
-  std::vector<Known> known_;    // of each node that T consists of
-  std::vector<char> moves_;     // whether it depends on q̇
+  std::vector<Known> known_;  // of each node that T consists of
+  std::vector<char> moves_;   // whether it depends on q̇
   std::span<const Turning> turnings_;
-  std::vector<Followed> followed_;      // those for which the lemma holds
-  std::vector<char> turns_;                   // whether a node is an entry of one of these
+  std::vector<Followed> followed_;  // those whose rotations are by numbers with their own rates
+  std::vector<char> turns_;         // whether a node is an entry of one of these, and no rate
   std::vector<Product> products_;
   std::vector<int> p_, along_q_;  // of the rest
   std::vector<int> apart_;

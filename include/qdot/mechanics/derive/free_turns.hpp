@@ -17,8 +17,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 
@@ -26,19 +24,23 @@
 
 namespace qdot::detail {
 
-/// Most coordinates among which free turns are looked for: only so many have lines to q̈ (mechanics/derive/solved_rates.hpp).
-inline constexpr std::size_t most_free_coordinates = 8;
 /// W is taken for regular above this.
 inline constexpr double regular_turning = 1e-6;
 
 /// A free turn as nodes.
 struct FreeTurn {
-  std::vector<int> own, p;         // coordinates, by number and as nodes
-  std::vector<int> inverse;        // V, row by row
-  int regular;                     // not zero where W has full rank
-  std::array<int, 9> inertia;      // I, row by row
-  std::array<int, 3> torque;       // τ
-  std::optional<double> along{};   // κ
+  const formula::Recording::Turning* turning;  // in the recording of the equations
+  std::array<int, 3> torque;                   // τ
+  std::array<int, 9> inertia{};                // I, row by row
+  double along = 0.0;                          // κ; 0 where there is none
+
+  std::size_t size() const { return turning->coordinates.size(); }
+  int p(std::size_t c) const { return turning->coordinates[c].first; }
+  /// The number of coordinate p_c.
+  template <class Graph>
+  std::size_t own(const Graph& graph, std::size_t c) const {
+    return static_cast<std::size_t>(graph[p(c)].a);
+  }
 };
 
 /// Finds the free turns of a T whose Coriolis terms are known.
@@ -49,8 +51,10 @@ class FreeTurns {
 
   [[gnu::cold]] std::vector<FreeTurn> of(const CoriolisTerms<Graph>& terms) {
     std::vector<FreeTurn> found;
-    for (const auto& followed : terms.followed())
-      if (auto turn = terms.is_whole(followed) ? free_turn(followed, terms.momenta_of_rest()) : std::nullopt) found.push_back(std::move(*turn));
+    for (const auto& followed : terms.followed()) {
+      FreeTurn turn{followed.turning, followed.torque};
+      if (terms.is_whole(followed) && is_free(followed, terms.momenta_of_rest(), turn)) found.push_back(turn);
+    }
     return found;
   }
 
@@ -58,69 +62,49 @@ class FreeTurns {
   static std::size_t at(int x) { return static_cast<std::size_t>(x); }
   bool is_zero(int x) const { return graph_.is_constant(x, 0.0); }
 
-  // Whether nodes depend on these variables otherwise than by Ω.
-  std::vector<char> beside(int last, std::span<const int> variables, const std::array<int, 3>& omega) const {
-    std::vector<char> depends(at(last) + 1, 0);
-    for (const int x : variables)
-      if (x <= last) depends[at(x)] = 1;
-    for (int w = 0; w <= last; ++w) {
-      const auto& node = graph_[w];
-      if (node.kind == formula::Kind::constant || node.kind == formula::Kind::variable || std::ranges::find(omega, w) != omega.end()) continue;
-      if (depends[at(node.a)] != 0 || (node.b >= 0 && depends[at(node.b)] != 0)) depends[at(w)] = 1;
-    }
-    return depends;
-  }
-  bool moves_beside(int w, const std::array<int, 3>& omega) const { return beside(w, qdot_, omega)[at(w)] != 0; }
-
+  // Whether a rotation is free; then the turn has its I and κ.
   template <class Followed>
-  std::optional<FreeTurn> free_turn(const Followed& followed, const std::vector<int>& momenta_of_rest) {
-    const auto& turning = *followed.turning;
-    FreeTurn turn{.own = {}, .p = {}, .inverse = turning.inverse, .regular = turning.regular, .inertia = {}, .torque = followed.torque};
+  bool is_free(const Followed& followed, const std::vector<int>& momenta_of_rest, FreeTurn& turn) {
     std::vector<int> rates;
-    for (const auto& [p, rate] : turning.coordinates) {
+    for (const auto& [p, rate] : turn.turning->coordinates) {
       const auto &x = graph_[p], &v = graph_[rate];
-      if (x.kind != formula::Kind::variable || v.kind != formula::Kind::variable || x.a >= n_ || v.a != n_ + x.a) return {};
-      if (std::ranges::find(turn.own, x.a) != turn.own.end()) return {};
-      turn.own.push_back(x.a);
-      turn.p.push_back(p);
+      if (x.kind != formula::Kind::variable || v.kind != formula::Kind::variable || x.a >= n_ || v.a != n_ + x.a) return false;
+      if (std::ranges::find(rates, rate) != rates.end()) return false;
+      if (!momenta_of_rest.empty() && graph_.dependence(momenta_of_rest[at(x.a)], qdot_).back() != 0) return false;
       rates.push_back(rate);
     }
-    for (const int i : turn.own)
-      if (!momenta_of_rest.empty() && graph_.dependence(momenta_of_rest[at(i)], qdot_).back() != 0) return {};
     for (std::size_t a = 0; a < 3; ++a) {
       const int momentum = followed.momentum[a];
-      if (momentum >= 0 && moves_beside(momentum, followed.base)) return {};
+      if (momentum >= 0 && graph_.dependence(momentum, qdot_, followed.base).back() != 0) return false;
       const std::vector<int> row = momentum < 0 ? std::vector<int>(3, graph_.constant(0.0))
                                                 : graph_.gradient(momentum, followed.base, graph_.dependence(momentum, followed.base));
       for (std::size_t b = 0; b < 3; ++b) turn.inertia[3 * a + b] = graph_.scaled(row[b], 1.0 / followed.factor[b]);
     }
-    if (!is_of_length(turn, rates, followed.base)) return {};
-    return turn;
+    return is_of_length(turn, rates, followed.base);
   }
 
   // Whether T beside Ω is none of the own velocities, or one of (p·ṗ)².
   bool is_of_length(FreeTurn& turn, const std::vector<int>& rates, const std::array<int, 3>& omega) {
-    const std::vector<int> slopes = graph_.gradient(T_, rates, beside(T_, rates, omega));
+    const std::vector<int> slopes = graph_.gradient(T_, rates, graph_.dependence(T_, rates, omega));
     if (std::ranges::all_of(slopes, [&](int x) { return is_zero(x); })) return true;
-    if (turn.own.size() != 4) return false;
+    if (turn.size() != 4) return false;
     for (std::size_t i = 0; i < 4; ++i) {
-      const std::vector<int> row = graph_.gradient(slopes[i], qdot_, beside(slopes[i], qdot_, omega));
-      for (int j = 0; j < n_; ++j) {
-        const auto place = std::ranges::find(turn.own, j);
-        const auto column = static_cast<std::size_t>(place - turn.own.begin());
-        if (column == turn.own.size() ? !is_zero(row[at(j)]) : !is_multiple(row[at(j)], turn, i, column)) return false;
+      std::vector<int> row = graph_.gradient(slopes[i], qdot_, graph_.dependence(slopes[i], qdot_, omega));
+      for (std::size_t j = 0; j < 4; ++j) {
+        int& own = row[turn.own(graph_, j)];
+        if (!is_multiple(own, turn, i, j)) return false;
+        own = graph_.constant(0.0);
       }
+      if (!std::ranges::all_of(row, [&](int x) { return is_zero(x); })) return false;
     }
     return true;
   }
   // Whether an entry of M is κ p_i p_j, with the κ of all.
   bool is_multiple(int entry, FreeTurn& turn, std::size_t i, std::size_t j) {
-    const int product = graph_.product(turn.p[i], turn.p[j]);
-    const auto& node = graph_[entry];
-    const bool is_scaled = node.kind == formula::Kind::affine && node.b < 0 && node.a == product && formula::decisive(node.c) == 0.0;
-    if (!is_scaled && entry != product) return false;
-    const double kappa = is_scaled ? formula::decisive(node.ca) : 1.0;
-    if (!turn.along) turn.along = kappa;
+    const auto term = graph_.term(entry);
+    if (term.node != graph_.product(turn.p(i), turn.p(j)) || formula::decisive(term.offset) != 0.0) return false;
+    const double kappa = formula::decisive(term.factor);
+    if (turn.along == 0.0) turn.along = kappa;
     return turn.along == kappa;
   }
 
@@ -147,16 +131,16 @@ class AngularUnknowns {
   [[gnu::cold]] void enter(EquationsOfRates& e) {
     for (const FreeTurn& turn : turns_) {
       enter_mass(e, turn);
-      for (std::size_t u = 0; u < turn.own.size(); ++u) {
+      for (std::size_t u = 0; u < turn.size(); ++u) {
         int right = along(turn, u, apart_.data());
         if (u < 3) right = graph_.difference(right, turn.torque[u]);
-        e.right[at(turn.own[u])] = right;
+        e.right[turn.own(graph_, u)] = right;
       }
       const std::size_t n = e.right.size();
       for (std::size_t k = 0; k < e.J.size(); k += n) {
         std::vector<int> row;
-        for (std::size_t u = 0; u < turn.own.size(); ++u) row.push_back(none_if_zero(along(turn, u, e.J.data() + k)));
-        for (std::size_t u = 0; u < row.size(); ++u) e.J[k + at(turn.own[u])] = row[u];
+        for (std::size_t u = 0; u < turn.size(); ++u) row.push_back(none_if_zero(along(turn, u, e.J.data() + k)));
+        for (std::size_t u = 0; u < row.size(); ++u) e.J[k + turn.own(graph_, u)] = row[u];
       }
     }
   }
@@ -166,10 +150,10 @@ class AngularUnknowns {
   [[gnu::cold]] void leave(Numbers& numbers, std::vector<int>& x, const ToNumber& number) const {
     for (const FreeTurn& turn : turns_) {
       std::vector<int> qddot;
-      for (std::size_t c = 0; c < turn.own.size(); ++c) {
+      for (std::size_t c = 0; c < turn.size(); ++c) {
         int sum = none;
-        for (std::size_t u = 0; u < turn.own.size(); ++u) {
-          const int way = entry(turn, c, u), unknown = x[at(turn.own[u])];
+        for (std::size_t u = 0; u < turn.size(); ++u) {
+          const int way = entry(turn, c, u), unknown = x[turn.own(graph_, u)];
           if (graph_.is_constant(way, 0.0) || unknown == none) continue;
           const bool is_one = graph_.is_constant(way, 1.0);
           if (sum == none) sum = is_one ? unknown : numbers.product(unknown, number(way));
@@ -177,50 +161,54 @@ class AngularUnknowns {
         }
         qddot.push_back(sum);
       }
-      for (std::size_t c = 0; c < qddot.size(); ++c) x[at(turn.own[c])] = qddot[c];
+      for (std::size_t c = 0; c < qddot.size(); ++c) x[turn.own(graph_, c)] = qddot[c];
     }
   }
   /// What leave() reads.
   std::vector<int> read() const {
     std::vector<int> nodes;
     for (const FreeTurn& turn : turns_)
-      for (std::size_t c = 0; c < turn.own.size(); ++c)
-        for (std::size_t u = 0; u < turn.own.size(); ++u)
+      for (std::size_t c = 0; c < turn.size(); ++c)
+        for (std::size_t u = 0; u < turn.size(); ++u)
           if (const int way = entry(turn, c, u); !graph_.is_constant(way, 0.0) && !graph_.is_constant(way, 1.0)) nodes.push_back(way);
     return nodes;
   }
 
  private:
   static constexpr int none = -1;
-  static std::size_t at(int x) { return static_cast<std::size_t>(x); }
   int none_if_zero(int node) const { return graph_.is_constant(node, 0.0) ? none : node; }
 
   // V, with p as its last column.
-  static int entry(const FreeTurn& turn, std::size_t c, std::size_t u) { return u < 3 ? turn.inverse[3 * c + u] : turn.p[c]; }
+  static int entry(const FreeTurn& turn, std::size_t c, std::size_t u) { return u < 3 ? turn.turning->inverse[3 * c + u] : turn.p(c); }
   // Column u times entries of all coordinates. Products that are met again are counted, for E(p) p = 0.
   int along(const FreeTurn& turn, std::size_t u, const int* entries) {
-    std::vector<std::pair<int, double>> terms;
-    for (std::size_t c = 0; c < turn.own.size(); ++c) {
-      if (entries[turn.own[c]] == none) continue;
-      int product = graph_.product(entry(turn, c, u), entries[turn.own[c]]);
+    std::vector<int> products;
+    std::vector<double> factors;
+    for (std::size_t c = 0; c < turn.size(); ++c) {
+      const int x = entries[turn.own(graph_, c)];
+      if (x == none) continue;
+      int product = graph_.product(entry(turn, c, u), x);
       double factor = 1.0;
-      if (const auto node = graph_[product]; node.kind == formula::Kind::affine && node.b < 0 && formula::decisive(node.c) == 0.0)
-        product = node.a, factor = formula::decisive(node.ca);
-      const auto met = std::ranges::find(terms, product, &std::pair<int, double>::first);
-      if (met == terms.end()) terms.emplace_back(product, factor);
-      else met->second += factor;
+      if (const auto term = graph_.term(product); term.node >= 0 && formula::decisive(term.offset) == 0.0)
+        product = term.node, factor = formula::decisive(term.factor);
+      const auto place = static_cast<std::size_t>(std::ranges::find(products, product) - products.begin());
+      if (place == products.size()) {
+        products.push_back(product);
+        factors.push_back(0.0);
+      }
+      factors[place] += factor;
     }
     int sum = graph_.constant(0.0);
-    for (const auto& [product, factor] : terms) sum = graph_.sum(sum, graph_.scaled(product, factor));
+    for (std::size_t k = 0; k < products.size(); ++k) sum = graph_.sum(sum, graph_.scaled(products[k], factors[k]));
     return sum;
   }
   void enter_mass(EquationsOfRates& e, const FreeTurn& turn) {
-    for (std::size_t u = 0; u < turn.own.size(); ++u)
-      for (std::size_t w = 0; w <= u; ++w) e.mass_at(at(turn.own[u]), at(turn.own[w])) = u < 3 ? none_if_zero(turn.inertia[3 * u + w]) : none;
-    if (!turn.along) return;
+    for (std::size_t u = 0; u < turn.size(); ++u)
+      for (std::size_t w = 0; w <= u; ++w) e.mass_at(turn.own(graph_, u), turn.own(graph_, w)) = u < 3 ? none_if_zero(turn.inertia[3 * u + w]) : none;
+    if (turn.along == 0.0) return;
     int length = graph_.constant(0.0);
-    for (const int p : turn.p) length = graph_.sum(length, graph_.product(p, p));
-    e.mass_at(at(turn.own[3]), at(turn.own[3])) = graph_.scaled(graph_.product(length, length), *turn.along);
+    for (std::size_t c = 0; c < turn.size(); ++c) length = graph_.sum(length, graph_.product(turn.p(c), turn.p(c)));
+    e.mass_at(turn.own(graph_, 3), turn.own(graph_, 3)) = graph_.scaled(graph_.product(length, length), turn.along);
   }
 
   Graph& graph_;
@@ -247,21 +235,18 @@ class DecidedUnknowns {
         for (std::size_t j = 0; j < n; ++j) is_alone = is_alone && (j == c || e.J[k * n + j] < 0);
         if (!is_alone || acts_elsewhere(e, c, k)) continue;
         divisors.push_back(e.J[k * n + c]);
-        decided_.emplace_back(c, graph_.quotient(e.gamma[k], e.J[k * n + c]));
+        places_.push_back(static_cast<int>(c));
+        values_.push_back(graph_.quotient(e.gamma[k], e.J[k * n + c]));
         erase(e, c, k);
         break;
       }
     }
   }
   /// What is put back.
-  std::vector<int> nodes() const {
-    std::vector<int> all;
-    for (const auto& [c, x] : decided_) all.push_back(x);
-    return all;
-  }
+  const std::vector<int>& nodes() const { return values_; }
   template <class ToNumber>
   void put_back(std::vector<int>& x, const ToNumber& number) const {
-    for (auto it = decided_.rbegin(); it != decided_.rend(); ++it) x.insert(x.begin() + static_cast<std::ptrdiff_t>(it->first), number(it->second));
+    for (std::size_t k = values_.size(); k-- > 0;) x.insert(x.begin() + places_[k], number(values_[k]));
   }
 
  private:
@@ -289,7 +274,7 @@ class DecidedUnknowns {
   }
 
   Graph& graph_;
-  std::vector<std::pair<std::size_t, int>> decided_;  // the unknown's place among those that are left, and its value
+  std::vector<int> places_, values_;  // of an unknown its place among those that are left, and its value
 };
 
 }  // namespace qdot::detail

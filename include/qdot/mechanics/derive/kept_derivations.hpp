@@ -26,59 +26,35 @@ template <class Number>
 KeptDerivation* BasicBranchDerivations<Number>::at(const RecordableFunctors& functors, const AtState& at, bool checked, BasicBranchDerivations* of_system) {
   const auto holds = [&](KeptDerivation& it) { return it.holds_at(at) && (!checked || it.is_of(functors)); };
   if (KeptDerivation* const it = latest(); it && holds(*it)) return it;
-  if (KeptDerivation* const made = found(holds)) return made;
-  if (is_full_.load(std::memory_order_relaxed) || !all_finite(at.q, functors.size) || !all_finite(at.qdot, functors.size)) return nullptr;
-  return added(functors, at, holds, of_system);
+  const Held* const held = held_at(functors, at, holds, true, of_system);
+  return held ? held->get() : nullptr;
+}
+
+// That of a state, and one more is made where it may be added.
+template <class Number>
+template <class Holds>
+auto BasicBranchDerivations<Number>::held_at(const RecordableFunctors& functors, const AtState& at, const Holds& holds, bool may_add,
+                                             BasicBranchDerivations* of_system) -> const Held* {
+  if (const Held* const there = met_.found(holds)) return there;
+  if (!may_add || met_.is_full() || !all_finite(at.q, functors.size) || !all_finite(at.qdot, functors.size)) return nullptr;
+  return met_.added(holds, [&] {
+    if (Held shared = of_system ? of_system->shared_at(functors, at) : nullptr) return shared;
+    auto made = std::make_shared<KeptDerivation>(by_);
+    made->derive(functors, &at);
+    return made->lines() ? made : nullptr;
+  });
 }
 
 template <class Number>
-[[gnu::cold]] std::shared_ptr<KeptDerivation> BasicBranchDerivations<Number>::shared_at(const RecordableFunctors& functors, const AtState& at) {
-  const auto holds = [&](KeptDerivation& it) { return it.holds_at(at) && it.is_of(functors); };
-  const bool has_room = count_.load(std::memory_order_acquire) < most / 2;  // the other half is for evaluations outside of runs
-  KeptDerivation* const it = has_room ? this->at(functors, at, true) : found(holds);
-  if (!it) return nullptr;
-  const auto end = all_.begin() + static_cast<std::ptrdiff_t>(count_.load(std::memory_order_acquire));
-  return *std::find_if(all_.begin(), end, [it](const std::shared_ptr<KeptDerivation>& each) { return each.get() == it; });
+[[gnu::cold]] auto BasicBranchDerivations<Number>::shared_at(const RecordableFunctors& functors, const AtState& at) -> Held {
+  const bool has_room = met_.count() < most / 2;  // the other half is for evaluations outside of runs
+  const Held* const held = held_at(functors, at, [&](KeptDerivation& it) { return it.holds_at(at) && it.is_of(functors); }, has_room, nullptr);
+  return held ? *held : nullptr;
 }
 
 template <class Number>
 [[gnu::cold]] bool BasicBranchDerivations<Number>::still_hold(const RecordableFunctors& functors) const {
-  const auto end = all_.begin() + static_cast<std::ptrdiff_t>(count_.load(std::memory_order_acquire));
-  return std::all_of(all_.begin(), end, [&](const std::shared_ptr<KeptDerivation>& each) { return each->is_of(functors); });
-}
-
-template <class Number>
-template <class Holds>
-[[gnu::noinline]] KeptDerivation* BasicBranchDerivations<Number>::found(const Holds& holds) {
-  const std::size_t count = count_.load(std::memory_order_acquire);
-  for (std::size_t i = 0; i < count; ++i)
-    if (holds(*all_[i])) {
-      latest_.store(i, std::memory_order_relaxed);
-      return all_[i].get();
-    }
-  return nullptr;
-}
-template <class Number>
-template <class Holds>
-[[gnu::cold, gnu::noinline]] KeptDerivation* BasicBranchDerivations<Number>::added(const RecordableFunctors& functors, const AtState& at,
-                                                                                   const Holds& holds, BasicBranchDerivations* of_system) {
-  const std::lock_guard lock(adding_);
-  if (KeptDerivation* const made = found(holds)) return made;
-  if (is_full_.load(std::memory_order_relaxed)) return nullptr;
-  std::shared_ptr<KeptDerivation> made = of_system ? of_system->shared_at(functors, at) : nullptr;
-  if (!made) {
-    made = std::make_shared<KeptDerivation>(by_);
-    made->derive(functors, &at);
-  }
-  const std::size_t count = count_.load(std::memory_order_relaxed);
-  const bool good = made->lines() && holds(*made);
-  if (!good) ++failed_;
-  if (!made->lines() || failed_ == most_failed || count + 1 == most) is_full_.store(true, std::memory_order_relaxed);
-  if (!good) return nullptr;
-  all_[count] = std::move(made);
-  latest_.store(count, std::memory_order_relaxed);
-  count_.store(count + 1, std::memory_order_release);
-  return all_[count].get();
+  return met_.all_of([&](const KeptDerivation& it) { return it.is_of(functors); });
 }
 
 template <class Number>

@@ -21,6 +21,7 @@
 #include <string>
 
 #include "qdot/mechanics/derive/derivation.hpp"
+#include "qdot/mechanics/derive/met_branches.hpp"
 #include "qdot/mechanics/equations/kept_lines.hpp"
 
 namespace qdot::detail {
@@ -40,28 +41,19 @@ class BasicBranchDerivations {
   /// @param of_system  derivations that a run shares with its system: one of these is taken before a new one is made
   KeptDerivation* at(const RecordableFunctors& functors, const AtState& at, bool checked, BasicBranchDerivations* of_system = nullptr);
   /// The derivation that held at the last state, if there is one.
-  KeptDerivation* latest() const {
-    const std::size_t last = latest_.load(std::memory_order_relaxed);
-    return last < count_.load(std::memory_order_acquire) ? all_[last].get() : nullptr;
-  }
+  KeptDerivation* latest() const { return met_.latest(); }
   /// Whether all are of the functors as they are now.
   bool still_hold(const RecordableFunctors& functors) const;
 
  private:
-  static constexpr int most_failed = 8;  // derivations that do not hold where they were made; then no more are made
+  using Held = std::shared_ptr<KeptDerivation>;
 
   template <class Holds>
-  KeptDerivation* found(const Holds& holds);
-  template <class Holds>
-  KeptDerivation* added(const RecordableFunctors& functors, const AtState& at, const Holds& holds, BasicBranchDerivations* of_system);
-  std::shared_ptr<KeptDerivation> shared_at(const RecordableFunctors& functors, const AtState& at);
+  const Held* held_at(const RecordableFunctors& functors, const AtState& at, const Holds& holds, bool may_add, BasicBranchDerivations* of_system);
+  Held shared_at(const RecordableFunctors& functors, const AtState& at);
 
   By by_;
-  std::array<std::shared_ptr<KeptDerivation>, most> all_;
-  std::atomic<std::size_t> count_{0}, latest_{0};
-  std::atomic<bool> is_full_{false};
-  std::mutex adding_;
-  int failed_ = 0;
+  MetBranches<KeptDerivation, most> met_;
 };
 
 /// The derivations of a system, found by the fingerprints of its functors. May be asked by several threads.

@@ -17,17 +17,16 @@
 // Programs that link qdot::compiled do not read this header: the library has it.
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <cstddef>
 #include <memory>
-#include <mutex>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "qdot/mechanics/derive/dense_factors.hpp"
 #include "qdot/mechanics/derive/kept_equations.hpp"
+#include "qdot/mechanics/derive/met_branches.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
 #include "qdot/mechanics/equations/straight_line.hpp"
 
@@ -110,21 +109,15 @@ class SolvedRates final : public AnyRates {
   bool is_known_ = false;
 };
 
-/// Records a form on the branch of a state, or as it is where no state is given.
-[[gnu::cold]] inline TracedEquations<double> recorded_at(const RecordableForm& form, std::span<const double> phases, std::vector<char>& holonomic,
-                                                         formula::Branches* branches) {
-  TracedEquations<double> equations(form.dof, form.states);
-  equations.motion.phases.assign(phases.begin(), phases.end());
-  equations.motion.recording.branches = branches;
-  form.run(form.form, equations.motion, &holonomic);
-  equations.motion.recording.branches = nullptr;
-  return equations;
-}
-
+/// Those of what was recorded.
+///
+/// @param must_pay  whether they must be sooner than what the compiler makes
 template <int n>
-[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of(TracedEquations<double> equations, const RecordableForm& form, const std::vector<char>& holonomic) {
-  const bool pays = lines_pay(equations.graph(), equations.n());
+[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of(TracedEquations<double> equations, const RecordableForm& form, const std::vector<char>& holonomic,
+                                                       bool must_pay) {
+  const bool pays = !must_pay || lines_pay(equations.graph(), equations.n());
   if (!(pays || !holonomic.empty()) || holonomic.size() > n || equations.graph().nodes().size() > most_solved_numbers) return nullptr;
+  equations.finds_free_turns = true;
   equations.derive(form.has_forces, holonomic);
   if (!pays && rows_are_simple(equations)) return nullptr;
   auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits);
@@ -133,81 +126,64 @@ template <int n>
 
 /// The same on the branch of a state.
 template <int n>
-[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of_branch(const RecordableForm& form, double t, const double* y, std::span<const double> phases) {
+[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of_branch(const RecordableForm& form, double t, const double* y, std::span<const double> phases,
+                                                              bool must_pay) {
   formula::Branches branches;
   branches.variables.assign(y, y + 2 * n);
   branches.variables.push_back(t);
   branches.variables.insert(branches.variables.end(), y + 2 * n, y + 2 * n + form.states);
   std::vector<char> holonomic;
-  TracedEquations<double> equations = recorded_at(form, phases, holonomic, &branches);
+  TracedEquations<double> equations = recorded_form(form, phases, holonomic, &branches);
   if (branches.read_values || !branches.undecided.empty()) return nullptr;
-  for (formula::Guard& guard : branches.met) {
-    const auto is_same = [&](const formula::Guard& g) {
-      return g.node == guard.node && g.sign == guard.sign && g.level == guard.level && g.closed == guard.closed;
-    };
-    if (std::ranges::none_of(equations.guards, is_same)) equations.guards.push_back(std::move(guard));
-  }
-  return rates_of<n>(std::move(equations), form, holonomic);
+  for (formula::Guard& guard : branches.met)
+    if (std::ranges::none_of(equations.guards, [&](const formula::Guard& g) { return g.node == guard.node && g.is_side_of(guard); }))
+      equations.guards.push_back(std::move(guard));
+  return rates_of<n>(std::move(equations), form, holonomic, must_pay);
 }
 
-/// Rates on the branches that a run meets, each made where it is met first.
+/// Rates on the branches that a run meets.
 template <int n>
 class RatesOfBranches final : public AnyRates {
+  using Rates = SolvedRates<n>;
+
  public:
-  RatesOfBranches(const RecordableForm& form, std::unique_ptr<SolvedRates<n>> first) : form_(form) {
-    all_[0] = std::move(first);
-    count_.store(1);
+  RatesOfBranches(const RecordableForm& form, std::unique_ptr<Rates> first) : form_(form) {
+    met_.added([](const Rates&) { return true; }, [&] { return std::shared_ptr<Rates>(std::move(first)); });
   }
 
   bool write(double t, const double* y, std::span<const double> phases, double* ydot) const override {
-    const std::size_t latest = latest_.load(std::memory_order_acquire);
-    const Written written = all_[latest]->written(t, y, phases, ydot);
-    if (written != Written::on_another_branch) {
+    Written written = Written::on_another_branch;
+    const auto holds = [&](const Rates& rates) { return (written = rates.written(t, y, phases, ydot)) != Written::on_another_branch; };
+    if (holds(*met_.latest())) {
       if (misses_.load(std::memory_order_relaxed) != 0) misses_.store(0, std::memory_order_relaxed);
-      return written == Written::yes;
+    } else {
+      find(t, y, phases, holds);
     }
-    return misses_.load(std::memory_order_relaxed) < most_misses && write_on_another(latest, t, y, phases, ydot);
+    return written == Written::yes;
   }
 
  private:
-  static constexpr std::size_t most = 16;
-  static constexpr int most_failed = 8;   // derivations that do not hold where they were made; then no more are made
   static constexpr int most_misses = 64;  // one after the other; then only the latest branch is tried until it holds again
 
-  [[gnu::cold, gnu::noinline]] bool write_on_another(std::size_t latest, double t, const double* y, std::span<const double> phases, double* ydot) const {
-    const std::size_t count = count_.load(std::memory_order_acquire);
-    for (std::size_t k = 0; k < count; ++k) {
-      if (k == latest) continue;
-      const Written written = all_[k]->written(t, y, phases, ydot);
-      if (written == Written::on_another_branch) continue;
-      latest_.store(k, std::memory_order_release);
-      misses_.store(0, std::memory_order_relaxed);
-      return written == Written::yes;
-    }
-    misses_.fetch_add(1, std::memory_order_relaxed);
-    const std::unique_lock lock(adding_, std::try_to_lock);  // other threads go on without
-    if (!lock.owns_lock() || count_.load() != count || count == most || failed_ == most_failed) return false;
-    std::unique_ptr<SolvedRates<n>> made;
-    try {
-      made = rates_of_branch<n>(form_, t, y, phases);
-    } catch (...) {  // what functors throw they throw again, where they are asked for values
-    }
-    if (!made || made->written(t, y, phases, ydot) == Written::on_another_branch) {
-      ++failed_;
-      return false;
-    }
-    all_[count] = std::move(made);
-    count_.store(count + 1, std::memory_order_release);
-    latest_.store(count, std::memory_order_release);
-    return all_[count]->written(t, y, phases, ydot) == Written::yes;
+  // Asks the other branches, and makes one more.
+  template <class Holds>
+  [[gnu::cold, gnu::noinline]] void find(double t, const double* y, std::span<const double> phases, const Holds& holds) const {
+    if (misses_.load(std::memory_order_relaxed) >= most_misses || !all_finite(y, 2 * n + form_.states)) return;
+    const auto make = [&]() -> std::shared_ptr<Rates> {
+      try {
+        return rates_of_branch<n>(form_, t, y, phases, false);
+      } catch (...) {  // what functors throw they throw again, where they are asked for values
+        return nullptr;
+      }
+    };
+    const bool is_found = met_.found(holds) || (!met_.is_full() && met_.added(holds, make));
+    if (is_found) misses_.store(0, std::memory_order_relaxed);
+    else misses_.fetch_add(1, std::memory_order_relaxed);
   }
 
   RecordableForm form_;
-  mutable std::array<std::unique_ptr<SolvedRates<n>>, most> all_;
-  mutable std::atomic<std::size_t> count_{0}, latest_{0};
+  mutable MetBranches<Rates, 16> met_;
   mutable std::atomic<int> misses_{0};
-  mutable std::mutex adding_;
-  mutable int failed_ = 0;
 };
 
 template <int n>
@@ -215,14 +191,14 @@ template <int n>
   if (!formula::native_lines_are_possible()) return nullptr;
   try {
     std::vector<char> holonomic;
-    TracedEquations<double> equations = recorded_at(form, phases, holonomic, nullptr);
-    return rates_of<n>(std::move(equations), form, holonomic);
+    TracedEquations<double> equations = recorded_form(form, phases, holonomic);
+    return rates_of<n>(std::move(equations), form, holonomic, true);
   } catch (const NotAnalytic&) {  // numbers are compared
   } catch (...) {  // what functors throw they throw again, where they are asked for values
     return nullptr;
   }
   try {
-    auto first = rates_of_branch<n>(form, t, y, phases);
+    auto first = rates_of_branch<n>(form, t, y, phases, true);
     if (first) return std::make_unique<RatesOfBranches<n>>(form, std::move(first));
   } catch (...) {
   }

@@ -69,6 +69,7 @@ class TracedEquations {
   RecordedMotion motion;
   SparseEntries mass;  // lower triangle
   std::vector<int> right, zdot;
+  bool finds_free_turns = false;      // whether derive() looks for these
   std::vector<FreeTurn> free_turns;
   std::vector<int> apart;  // where there are some: the right side without the torques of rotations that are followed
   SparseEntries J;

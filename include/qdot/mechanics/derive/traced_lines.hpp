@@ -30,6 +30,15 @@ template <class Number>
 }
 
 template <class Number>
+[[gnu::cold]] std::vector<std::pair<int, int>> TracedLines<Number>::numbers_of_pivots(std::vector<std::pair<int, int>> nodes) const {
+  for (auto& [pivot, whole] : nodes) {
+    pivot = shared_->writer->number(pivot);
+    whole = shared_->writer->number(whole);
+  }
+  return nodes;
+}
+
+template <class Number>
 [[gnu::cold]] std::shared_ptr<formula::LineEvaluator> TracedLines<Number>::evaluator(formula::LineTable table) {
   table.lines.push_back(formula::Line{});
   auto lines = std::make_shared<formula::LineEvaluator>();
@@ -80,7 +89,7 @@ template <class Number>
   writer.write(before, table);
   for (std::size_t i = 0; i < n; ++i) writer.place(graph.variable(static_cast<int>(2 * n + 1 + equations().states() + i)), writer.number(x[i]));
   writer.write(all, table);
-  return evaluated(std::move(table), {nullptr, numbers(x), numbers(all), std::move(pivots), {}}, others, [&](int node) { return writer.number(node); }, most);
+  return evaluated(std::move(table), {nullptr, numbers(x), numbers(all), numbers_of_pivots(std::move(pivots)), {}}, others, most);
 }
 
 // Takes out the pivots that are constants; false where one of them is too small.
@@ -131,7 +140,7 @@ template <class Number>
   EquationsOfRates of{lower_triangle(e.mass), e.right, rows_of_constraints(e.J, e.n()), e.gamma};
   AngularUnknowns<formula::BasicGraph<Number>> unknowns(graph, e.free_turns, e.apart);
   unknowns.enter(of);
-  for (const FreeTurn& turn : e.free_turns) e.requirements.push_back({turn.regular, formula::Domain::positive, regular_turning});
+  for (const FreeTurn& turn : e.free_turns) e.requirements.push_back({turn.turning->regular, formula::Domain::positive, regular_turning});
   DecidedUnknowns<formula::BasicGraph<Number>> decided(graph);
   if (limits.may_be_singular) {
     decided.take_out(of);
@@ -163,8 +172,7 @@ template <class Number>
   unknowns.leave(more, found.x, to_number);
   table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
   writer.go_on_from(more.count());
-  return evaluated(std::move(table), {nullptr, std::move(found.x), {}, std::move(found.pivots), std::move(found.row_pivots)}, others,
-                   [](int number) { return number; }, most);
+  return evaluated(std::move(table), {nullptr, std::move(found.x), {}, std::move(found.pivots), std::move(found.row_pivots)}, others, most);
 }
 
 // Both right sides are solved in the graph. Their eliminations are the same nodes, which the graph has once.
@@ -200,26 +208,25 @@ template <class Number>
     for (const auto& [pivot, whole] : *pivots) append(all, {pivot, whole});
   formula::LineTable table;
   shared_->writer->write(all, table);
-  return evaluated(std::move(table), {nullptr, numbers(found.x), numbers(columns), std::move(found.pivots), std::move(found.row_pivots)}, others,
-                   [&](int node) { return shared_->writer->number(node); }, most);
+  return evaluated(std::move(table),
+                   {nullptr, numbers(found.x), numbers(columns), numbers_of_pivots(std::move(found.pivots)),
+                    numbers_of_pivots(std::move(found.row_pivots))}, others, most);
 }
 
-// With lines, and numbers of the pivots.
+// With lines.
 template <class Number>
-template <class ToNumber>
 [[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::evaluated(formula::LineTable table, Solved found, const std::vector<int>& others,
-                                                                                  const ToNumber& number, std::size_t most) {
+                                                                                  std::size_t most) {
   if (shared_->writer->count() > most) return {};
   found.lines = evaluator(std::move(table));
   for (const Requirement& r : equations().requirements) found.required.emplace_back(shared_->writer->number(r.node), r);
-  for (const formula::Guard& g : equations().guards) found.sides.emplace_back(shared_->writer->number(g.node), g);
+  for (const formula::Guard& g : equations().guards) {
+    found.sides.push_back(g);
+    found.sides.back().node = shared_->writer->number(g.node);
+  }
   for (const std::vector<int>& read : {numbers(others), found.x, found.columns}) found.lines->add_read(read);
-  for (auto* pivots : {&found.pivots, &found.row_pivots})
-    for (auto& [pivot, whole] : *pivots) {
-      pivot = number(pivot);
-      whole = number(whole);
-      found.lines->add_read(std::array{pivot, whole});
-    }
+  for (const auto* pivots : {&found.pivots, &found.row_pivots})
+    for (const auto& [pivot, whole] : *pivots) found.lines->add_read(std::array{pivot, whole});
   return found;
 }
 

@@ -79,7 +79,7 @@ class TracedLines {
     std::vector<int> x, columns;              ///< numbers of the solutions
     std::vector<std::pair<int, int>> pivots, row_pivots;  ///< numbers of which the first of each pair must be above a fraction of the second
     std::vector<std::pair<int, Requirement>> required{};
-    std::vector<std::pair<int, formula::Side>> sides{};  ///< of the guards of a branch
+    std::vector<formula::Guard> sides{};  ///< the guards of a branch, with numbers for nodes
 
     /// Carries the lines out; false where the functors have no value there, or a pivot is not above its limit.
     [[gnu::always_inline]] bool evaluate(double* numbers, const LimitsOfPivots& limits) const {
@@ -93,7 +93,7 @@ class TracedLines {
     /// Whether the numbers of the last evaluation are on the branch that was recorded.
     [[gnu::always_inline]] bool is_on_branch(const double* numbers) const {
       bool all = true;
-      for (const auto& [number, side] : sides) all &= side.has(numbers[number]);
+      for (const formula::Guard& side : sides) all &= side.has(numbers[side.node]);
       return all;
     }
   };
@@ -162,8 +162,8 @@ class TracedLines {
   std::shared_ptr<formula::LineEvaluator> evaluator(formula::LineTable table);
   Solved solved_in_graph(ConstrainedAcceleration found, const std::vector<int>& columns, const std::vector<int>& others, const LimitsOfPivots& limits,
                          std::size_t most);
-  template <class ToNumber>
-  Solved evaluated(formula::LineTable table, Solved found, const std::vector<int>& others, const ToNumber& number, std::size_t most);
+  Solved evaluated(formula::LineTable table, Solved found, const std::vector<int>& others, std::size_t most);
+  std::vector<std::pair<int, int>> numbers_of_pivots(std::vector<std::pair<int, int>> nodes) const;
   bool keep_variable(std::vector<std::pair<int, int>>& pivots, double least);
 
   std::shared_ptr<Shared> shared_;
@@ -230,13 +230,21 @@ class TracedMotion final : public TracedRates {
   bool is_known_ = false;
 };
 
-/// The equations of a form, in the phases of what switches.
-[[gnu::cold]] inline TracedEquations<double> traced_equations(const RecordableForm& form, std::span<const double> phases = {}) {
+/// A recording of a form, in the phases of what switches; on the branch of a state where one is given.
+[[gnu::cold]] inline TracedEquations<double> recorded_form(const RecordableForm& form, std::span<const double> phases, std::vector<char>& holonomic,
+                                                           formula::Branches* branches = nullptr) {
   TracedEquations<double> e(form.dof, form.states);
   e.begins = machine_code_begins(form.by);
   e.motion.phases.assign(phases.begin(), phases.end());
-  std::vector<char> holonomic;
+  e.motion.recording.branches = branches;
   form.run(form.form, e.motion, &holonomic);
+  e.motion.recording.branches = nullptr;
+  return e;
+}
+/// The equations of a form.
+[[gnu::cold]] inline TracedEquations<double> traced_equations(const RecordableForm& form, std::span<const double> phases = {}) {
+  std::vector<char> holonomic;
+  TracedEquations<double> e = recorded_form(form, phases, holonomic);
   e.derive(form.has_forces, holonomic);
   return e;
 }

@@ -96,7 +96,7 @@ template <class Number>
   RatesOfNodes<formula::BasicGraph<Number>> rates(g, static_cast<int>(n()));
   CoriolisTerms<formula::BasicGraph<Number>> coriolis(rates, static_cast<int>(n()), motion.recording.turnings);
   const std::vector<int> terms = coriolis.of(T);
-  if (n() <= most_free_coordinates) free_turns = FreeTurns<formula::BasicGraph<Number>>(g, static_cast<int>(n()), T).of(coriolis);
+  if (finds_free_turns) free_turns = FreeTurns<formula::BasicGraph<Number>>(g, static_cast<int>(n()), T).of(coriolis);
   for (std::size_t i = 0; i < n(); ++i) {
     if (!free_turns.empty()) apart.push_back(g.difference(right[i], coriolis.apart()[i]));
     right[i] = g.difference(right[i], terms[i]);

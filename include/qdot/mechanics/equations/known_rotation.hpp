@@ -59,11 +59,11 @@ Stumpff<S> stumpff(const S& x) {
 [[gnu::const, gnu::noinline]] inline Pair last_stumpff(double x) { return Pair{stumpff_series<6>(x), stumpff_series<7>(x)}; }
 
 struct SevenStumpff {
-  double c[8];
+  double c[8];  // from c₁ on
   [[gnu::always_inline]] explicit SevenStumpff(double x) {
     constexpr double factorial[] = {1.0, 1.0, 2.0, 6.0, 24.0, 120.0};
     const Pair first = first_stumpff(x);
-    c[0] = 0.0, c[1] = first[0], c[2] = first[1];
+    c[1] = first[0], c[2] = first[1];
     if (x < 0.25) {
       const Pair last = last_stumpff(x);
       c[6] = last[0], c[7] = last[1];
@@ -85,12 +85,13 @@ template <int count, EulerLagrangeNumber S>
   return {chained(std::integral_constant<int, 1>()), chained(std::integral_constant<int, 2>()), chained(std::integral_constant<int, 3>()), S(0.0)};
 }
 
+// 1/x; numbers that are recorded have their own (ad/formula/recording.hpp).
 template <class S>
 S reciprocal(const S& x) {
   return 1.0 / x;
 }
 
-/// V with W V = 1, row by row, where it is asked for; and what is zero where there is none.
+/// V with W V = 1, row by row, where it is asked for. `regular` is zero where there is none.
 template <class S, bool is_asked>
 struct InverseTurn {
   static constexpr bool is_wanted = is_asked;
@@ -181,7 +182,7 @@ struct VectorTurn {
   }
 };
 
-// Whether two numbers are one, of numbers that know it; of duals in all parts.
+// Whether two duals are one number, in all parts.
 template <class S, int N, class Tag>
 bool seen_to_be_one(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
   bool same = seen_to_be_one(x.value, y.value);
@@ -222,7 +223,7 @@ inline constexpr bool remembers_rotations = requires { requires S::remembers_rot
 template <class Turn, class S>
 using RotationBy = std::conditional_t<remembers_rotations<S>, KnownRotation<Turn, S>, Matrix<S, 3>>;
 
-// R with the coordinates beside it where they are asked for.
+// Keeps the coordinates and the entries of R, if R is a matrix that remembers.
 template <class S, class... From>
 [[gnu::always_inline]] inline void remember(Matrix<S, 3>&, const From&...) {}
 template <class Turn, class S, class... From>

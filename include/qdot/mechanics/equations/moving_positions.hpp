@@ -15,8 +15,6 @@
 // parts and functions of them. Anything else, such as quasi-velocities, or a coordinate that r has captured, is noticed: a bit of the masks is set that the
 // compiler does not know, the pass is dropped, and the next step of the ladder has duals around its numbers.
 
-#include <cmath>
-#include <type_traits>
 #include <utility>
 
 #include "qdot/ad/places/position_jet.hpp"

@@ -13,8 +13,6 @@
 // positive, a number that is not finite, is left to the general way to look at again and to name.
 
 #include <atomic>
-#include <type_traits>
-#include <utility>
 
 #include "qdot/ad/lagrange/euler_lagrange_math.hpp"
 #include "qdot/ad/unroll.hpp"
