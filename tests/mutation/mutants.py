@@ -51,7 +51,7 @@ MUTANTS = [
     (ME + "/rotation.hpp", "rotation about an axis: sign", "R(i, j) = -s;", "R(i, j) = s;", "mechanics/rotation"),
     (ME + "/equations/known_rotation.hpp", "exponential map: sign", "c2 = (1.0 - cos(theta)) / x", "c2 = (1.0 + cos(theta)) / x", "mechanics/rotation"),
     (ME + "/equations/known_rotation.hpp", "Euler's angles: one handedness", "i - 1 == (J + 1) % 3 ? S(-sine) : sine", "sine", "mechanics/free_turns"),
-    (ME + "/equations/known_rotation.hpp", "known rotations: entries that were written to", "same &= seen_to_be_one(this->data()[k], made[k]);", ";", "mechanics/free_turns"),
+    (ME + "/equations/known_rotation.hpp", "known rotations: entries that were written to", "same &= seen_to_be_one(mark_of(this->data()[k]), made[k]);", ";", "mechanics/free_turns"),
     (ME + "/equations/known_rotation.hpp", "inverse of a rotation vector: sign", "along_a * u[b] - 0.5 * u[c]", "along_a * u[b] + 0.5 * u[c]", "mechanics/free_turns"),
     (ME + "/velocity.hpp", "moving place: its own velocity dropped",
      "return use([](const auto& entry) { return split<S>(entry); }, moving_vector<S>(q, qdot), moving_number<S>(S(t), S(1))...);",

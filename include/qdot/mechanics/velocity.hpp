@@ -214,7 +214,7 @@ auto with_moving(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& q
 template <class S, class Function, class Q, class Qdot, class Finish, class... Time>
 auto along_motion(const Function& x, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Finish& finish,
                   const Time&... t) {
-  return with_moving<S>(q, qdot, [&](const auto& follow, const auto&... at) __attribute__((always_inline)) {
+  return with_moving<S>(q, qdot, [&](const auto& follow, const auto&... at) {
     return finish(result_of(x, at...), follow);
   }, t...);
 }

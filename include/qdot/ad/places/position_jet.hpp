@@ -122,7 +122,7 @@ struct PositionJet<n, std::integer_sequence<int, Is...>> : RowEntry<Is>..., Comp
     return r;
   }
   friend const double& innermost_value(const Self& x) { return x.value; }
-  [[gnu::always_inline]] friend Present seen_to_be_one(const Self& a, const Self& b) { return known_equal(a.value, b.value); }
+  [[gnu::always_inline]] friend const double& mark_of(const Self& x) { return x.value; }  // mechanics/equations/known_rotation.hpp
 
   [[gnu::always_inline]] friend Self operator+(const Self& a, const Self& b) {
     const Present both = (a.half | a.is_constant()) & (b.half | b.is_constant());

@@ -16,6 +16,7 @@
 
 #include <cmath>
 #include <type_traits>
+#include <utility>
 
 #include "qdot/ad/lagrange/euler_lagrange_math.hpp"
 #include "qdot/ad/unroll.hpp"
@@ -182,7 +183,17 @@ struct VectorTurn {
   }
 };
 
-// Whether two duals are one number, in all parts.
+// What tells whether an entry is the one that was made: all of it, or a part where that is enough. GCC gives up to see through much more than a
+// thousand numbers that are written between one place and another.
+template <class S>
+const S& mark_of(const S& x) {
+  return x;
+}
+template <class S>
+using MarkOf = std::remove_cvref_t<decltype(mark_of(std::declval<const S&>()))>;
+
+// Whether two numbers are one, as far as the compiler sees; whether two duals are, in all parts.
+[[gnu::always_inline]] inline Present seen_to_be_one(double x, double y) { return known_equal(x, y); }
 template <class S, int N, class Tag>
 bool seen_to_be_one(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
   bool same = seen_to_be_one(x.value, y.value);
@@ -194,7 +205,8 @@ bool seen_to_be_one(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
 template <class Turn, class S>
 struct KnownRotation : Matrix<S, 3> {
   using Matrix<S, 3>::operator=;
-  S from[Turn::coordinates], made[9];
+  S from[Turn::coordinates];
+  MarkOf<S> made[9];
 
   // Entry by entry: Clang copies what GCC makes where it is wanted, and sees through no loop of copies.
   KnownRotation() = default;
@@ -210,12 +222,12 @@ struct KnownRotation : Matrix<S, 3> {
   /// Whether its entries are seen to be those that it was made with.
   [[gnu::always_inline]] Present is_as_made() const {
     Present same = 1;
-    unroll<9>([&](auto k) __attribute__((always_inline)) { same &= seen_to_be_one(this->data()[k], made[k]); });
+    unroll<9>([&](auto k) __attribute__((always_inline)) { same &= seen_to_be_one(mark_of(this->data()[k]), made[k]); });
     return same;
   }
 };
 
-/// Which scalars remember rotations. Such a scalar has a function seen_to_be_one(x, y), which says whether two are one number.
+/// Which scalars remember rotations. A function seen_to_be_one(x, y) says whether two of them, or of their marks, are one number.
 template <class S>
 inline constexpr bool remembers_rotations = requires { requires S::remembers_rotations; };
 
@@ -230,7 +242,7 @@ template <class Turn, class S, class... From>
 [[gnu::always_inline]] inline void remember(KnownRotation<Turn, S>& R, const From&... from) {
   int k = 0;
   ((R.from[k++] = from), ...);
-  unroll<9>([&](auto entry) __attribute__((always_inline)) { R.made[entry] = R.data()[entry]; });
+  unroll<9>([&](auto entry) __attribute__((always_inline)) { R.made[entry] = mark_of(R.data()[entry]); });
 }
 
 template <class R>

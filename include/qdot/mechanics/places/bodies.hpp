@@ -26,11 +26,16 @@ consteval bool require_position() {
   static_assert(has_entries<Position, 1, 3>, "qdot: the position of a body has 1, 2 or 3 entries");
   return true;
 }
+template <class Position, class Rotation>
+consteval bool require_body() {
+  static_assert(has_entries<Position, 3, 3> && has_entries<Rotation, 9, 9>, "qdot: the reference point of a rigid body has 3 entries, and its rotation 3 by 3");
+  return true;
+}
 
 // r_A + R AG.
 template <class Position, class Rotation>
 [[gnu::always_inline]] inline auto centre_of(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
-  static_assert(has_entries<Position, 3, 3> && has_entries<Rotation, 9, 9>, "qdot: the reference point of a rigid body has 3 entries, and its rotation 3 by 3");
+  static_assert(require_body<Position, Rotation>());
   const auto& point = r.derived().eval();
   const auto& turned = R.eval();
   using X = std::remove_cvref_t<decltype(point.coeff(0) + body.centre[0] * turned.coeff(0, 0))>;
@@ -66,7 +71,18 @@ struct KineticSum {
   }
   template <class Position, class Rotation>
   [[gnu::always_inline]] void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
-    rigid_body(body.mass, inertia_at_centre(body.inertia, body.mass, body.centre), centre_of(body, r, R), R);
+    static_assert(require_body<Position, Rotation>());
+    const Vector<S, 3> omega = angular_velocity_along<Axes::of_body, S>(R, follow);
+    T = T + 0.5 * (body.mass * squared_speed(r) + quadratic_form(body.inertia, omega));
+    if (!is_euler_lagrange<S>::value && body.centre.isZero(0.0)) return;  // what straight-line code knows of zeros must not depend on a number
+    const auto& turned = R.eval();
+    const auto& point = r.derived().eval();
+    Vector<S, 3> v;  // v_A along the body's axes
+    unroll<3>([&](auto i) __attribute__((always_inline)) {
+      v[i] = S(0.0);
+      unroll<3>([&](auto k) __attribute__((always_inline)) { v[i] = v[i] + follow(turned.coeff(k, i)).value * follow(point.coeff(k)).rate; });
+    });
+    T = T + body.mass * triple_product(v, omega, body.centre);
   }
 
  private:
