@@ -242,7 +242,7 @@ constexpr const S& innermost_value(const S& x) {
   return x;
 }
 template <class S, int N, class Tag>
-constexpr const auto& innermost_value(const Dual<S, N, Tag>& x) {
+constexpr decltype(auto) innermost_value(const Dual<S, N, Tag>& x) {
   return innermost_value(x.value);
 }
 

@@ -5,6 +5,9 @@
 //
 // Code that is fast because of what is zero, or because everything stays in registers, must be straight-line code. Compilers unroll
 // loops that are short already; this one is unrolled however long it is.
+//
+// The library's own is inlined always. The users' is not by GCC, which would then not know in time what a user's functor calls
+// (mechanics/equations/straight_line.hpp).
 
 #include <type_traits>
 #include <utility>
@@ -29,14 +32,32 @@ template <int first, int last, class F>
   }
 }
 
+// For the library's own loops.
+template <int n, class F>
+[[gnu::always_inline]] inline constexpr void unroll(F&& f) {
+  unroll_between<0, n>(f);
+}
+
+template <class F, int... Is>
+constexpr void unroll_for_users(F& f, std::integer_sequence<int, Is...>) {
+  (f(std::integral_constant<int, Is>{}), ...);
+}
+
 }  // namespace detail
 
 /// Calls f(0), f(1), …, f(n − 1) with arguments known to the compiler: a loop that it sees through.
 ///
 /// An energy that sums over its bodies with this instead of `for` is evaluated as straight-line code.
 template <int n, class F>
-[[gnu::always_inline]] inline constexpr void unroll(F&& f) {
+#ifdef __clang__
+[[gnu::always_inline]]
+#endif
+constexpr void unroll(F&& f) {
+#ifdef __clang__
   detail::unroll_between<0, n>(f);
+#else
+  detail::unroll_for_users(f, std::make_integer_sequence<int, n>{});
+#endif
 }
 
 }  // namespace qdot

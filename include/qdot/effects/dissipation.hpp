@@ -51,7 +51,7 @@ struct RayleighFunction {
   [[gnu::flatten]] Vector<S, n> force_by_jets(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     using Number = detail::PositionJet<n>;
     Vector<Number, n> x, v;
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
+    detail::unroll<n>([&](auto i) __attribute__((always_inline)) {
       x[i] = Number(q[i]);
       v[i] = Number::template coordinate<i>(qdot[i], S(0.0));
       v[i].has_rate = 0;
@@ -89,7 +89,7 @@ struct ViscousDamping {
     Vector<S, n> Q(qdot.size());
     const auto damp = [&](auto i) __attribute__((always_inline)) { Q[i] = -c[i] * qdot[i]; };
     if constexpr (detail::moves_by_jets<S, n>) {
-      unroll<n>(damp);
+      detail::unroll<n>(damp);
     } else {
       for (Eigen::Index i = 0; i < qdot.size(); ++i) damp(i);
     }
@@ -137,7 +137,7 @@ struct RegularizedFriction {
     const S drag = -F * tanh(qdot[coordinate] * (1.0 / v0));  // a quotient that does not wait for q̇
     Vector<S, n> Q = Vector<S, n>::Zero(qdot.size());
     if constexpr (detail::moves_by_jets<S, n>) {
-      unroll<n>([&](auto i) __attribute__((always_inline)) {  // entries that stay in registers
+      detail::unroll<n>([&](auto i) __attribute__((always_inline)) {  // entries that stay in registers
         if (i == coordinate) Q[i] = drag;
       });
     } else {

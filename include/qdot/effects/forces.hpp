@@ -98,7 +98,7 @@ struct ForceAtPoint {
     const auto point = detail::of_position(r, moving.q, moving.t);
     Number x[axes];
     Vector<S, axes> position, velocity;
-    unroll<axes>([&](auto c) __attribute__((always_inline)) {
+    detail::unroll<axes>([&](auto c) __attribute__((always_inline)) {
       x[c] = Number(point[c]).whole();
       position[c] = x[c].value;
       velocity[c] = detail::rate_of(x[c]);
@@ -106,7 +106,7 @@ struct ForceAtPoint {
     const auto force = detail::force_vector<S, axes>(applied(position, velocity, t), axes, "the force at a point");
     Vector<S, n> Q = Vector<S, n>::Zero();
     detail::ComponentMask present = 0;
-    unroll<axes>([&](auto c) __attribute__((always_inline)) { detail::add_gradient(Q, present, force[c], x[c]); });
+    detail::unroll<axes>([&](auto c) __attribute__((always_inline)) { detail::add_gradient(Q, present, force[c], x[c]); });
     return Q;
   }
 
@@ -201,10 +201,10 @@ struct TorqueOnBody {
     using Rate = detail::EulerLagrange<n>;
     const detail::MovingPositions<Rate> positions;
     const auto omega = detail::known_angular_velocity<Rate>(rotation, detail::FollowBy<detail::MovingPositions<Rate>>{positions});
-    unroll<3>([&](auto a) __attribute__((always_inline)) {
+    detail::unroll<3>([&](auto a) __attribute__((always_inline)) {
       S along = 0.0;
-      unroll<3>([&](auto k) __attribute__((always_inline)) { along += tau[k] * Number(rotation.coeff(k, a)).value; });
-      unroll<n>([&](auto i) __attribute__((always_inline)) {
+      detail::unroll<3>([&](auto k) __attribute__((always_inline)) { along += tau[k] * Number(rotation.coeff(k, a)).value; });
+      detail::unroll<n>([&](auto i) __attribute__((always_inline)) {
         const detail::Present turns = detail::has(omega[a].g_mask, i);
         Q[i] = detail::sum_of(detail::has(present, i), Q[i], turns, detail::product_if(turns, along, omega[a].template g<i>()));
         present |= detail::bit(turns, i);
@@ -215,8 +215,8 @@ struct TorqueOnBody {
   template <class Number, class Rotation, class S, int n>
   [[gnu::always_inline]] static Vector<S, n> force_by_entries(const Rotation& rotation, const Vector<S, 3>& tau, Vector<S, n>& Q,
                                                               detail::ComponentMask& present) {
-    unroll<3>([&](auto j) __attribute__((always_inline)) {
-      unroll<3>([&](auto k) __attribute__((always_inline)) {
+    detail::unroll<3>([&](auto j) __attribute__((always_inline)) {
+      detail::unroll<3>([&](auto k) __attribute__((always_inline)) {
         constexpr int row = j, column = k, next = (row + 1) % 3, last = (row + 2) % 3;
         const S other = Number(rotation(last, column)).value;
         const detail::Present counts = detail::may_differ_from_zero(other);

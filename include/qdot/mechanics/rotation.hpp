@@ -133,7 +133,7 @@ auto euler_rotation(const S& a, const S& b, const S& c) {
   const Matrix<S, 3> first = rotation_about_axis<i>(a);
   const S s_j = sin(b), c_j = cos(b), s_k = sin(c), c_k = cos(c);
   detail::RotationBy<detail::EulerTurn<i, j, k>, S> R;
-  unroll<3>([&](auto of) __attribute__((always_inline)) {
+  detail::unroll<3>([&](auto of) __attribute__((always_inline)) {
     constexpr int row = of;
     S two[3];  // of R_i(a) R_j(b): axis i lies in the plane of the second turn, and axis j in that of the third, so there are entries 1 and 0
     if constexpr (row == first_axis) {

@@ -5,7 +5,8 @@
 //
 // Functors that are run on variables with certain hashes return the same hashes as long as they do the same operations with the same constants in the same
 // order; another captured number, sign or term gives another hash (64 bits). That is a cheaper question than recording the formula once more
-// (ad/formula/recording.hpp): one multiplication for each operation, and no sine, whatever the state is.
+// (ad/formula/recording.hpp): one multiplication for each operation, and no sine, whatever the state is. Operations are inlined always: of functors without
+// loops the compiler carries out all but those with captured numbers.
 //
 // Comparisons are answered by the guards of a branch, in their order, and what is compared goes into a hash of its own. Whatever a recording refuses,
 // or a comparison that the branch does not know, throws NoFormula.
@@ -39,22 +40,31 @@ class Hashed : public FormulaNumber<Hashed> {
  public:
   static constexpr bool is_recorded = true;  // goes the ways of a number that is being recorded
 
-  constexpr Hashed() = default;
+  [[gnu::always_inline]] constexpr Hashed() = default;
   template <class Number>
     requires std::is_arithmetic_v<Number>
-  constexpr Hashed(Number constant) : bits_(std::bit_cast<std::uint64_t>(static_cast<double>(constant))), constant_(static_cast<double>(constant)) {}
+  [[gnu::always_inline]] constexpr Hashed(Number constant) : bits_(std::bit_cast<std::uint64_t>(static_cast<double>(constant))) {}
   /// Variable number i.
-  constexpr Hashed(HashedComparisons& comparisons, int i) : comparisons_(&comparisons), bits_(mixed(0x5bd1, static_cast<std::uint64_t>(i), 1)) {}
+  [[gnu::always_inline]] constexpr Hashed(HashedComparisons& comparisons, int i)
+      : comparisons_(&comparisons), bits_(mixed(0x5bd1, static_cast<std::uint64_t>(i), 1)) {}
 
   bool is_constant() const { return comparisons_ == nullptr; }
   /// The hash, or the bits of a constant.
   constexpr std::uint64_t bits() const { return bits_; }
 
-  friend Hashed operator-(const Hashed& x) { return x.comparisons_ ? -1.0 * x : Hashed(-x.constant()); }
-  friend Hashed operator+(const Hashed& x, const Hashed& y) { return x.is_constant(y) ? Hashed(x.constant() + y.constant()) : of_two(1, x, y); }
-  friend Hashed operator-(const Hashed& x, const Hashed& y) { return x.is_constant(y) ? Hashed(x.constant() - y.constant()) : of_two(2, x, y); }
-  friend Hashed operator*(const Hashed& x, const Hashed& y) { return x.is_constant(y) ? Hashed(x.constant() * y.constant()) : of_two(3, x, y); }
-  friend Hashed operator/(const Hashed& x, const Hashed& y) { return x.is_constant(y) ? Hashed(x.constant() / y.constant()) : of_two(4, x, y); }
+  [[gnu::always_inline]] friend Hashed operator-(const Hashed& x) { return x.comparisons_ ? -1.0 * x : Hashed(-x.constant()); }
+  [[gnu::always_inline]] friend Hashed operator+(const Hashed& x, const Hashed& y) {
+    return x.is_constant(y) ? Hashed(x.constant() + y.constant()) : of_two(1, x, y);
+  }
+  [[gnu::always_inline]] friend Hashed operator-(const Hashed& x, const Hashed& y) {
+    return x.is_constant(y) ? Hashed(x.constant() - y.constant()) : of_two(2, x, y);
+  }
+  [[gnu::always_inline]] friend Hashed operator*(const Hashed& x, const Hashed& y) {
+    return x.is_constant(y) ? Hashed(x.constant() * y.constant()) : of_two(3, x, y);
+  }
+  [[gnu::always_inline]] friend Hashed operator/(const Hashed& x, const Hashed& y) {
+    return x.is_constant(y) ? Hashed(x.constant() / y.constant()) : of_two(4, x, y);
+  }
 
   friend bool operator==(const Hashed& x, const Hashed& y) {
     if (!x.is_constant(y)) throw NoFormula();
@@ -66,8 +76,8 @@ class Hashed : public FormulaNumber<Hashed> {
   friend bool operator>(const Hashed& x, const Hashed& y) { return below(y, x, false); }
   friend bool operator>=(const Hashed& x, const Hashed& y) { return below(y, x, true); }
 
-  static Hashed of(Function f, const Hashed& x) { return x.comparisons_ ? of_two(code(f), x, x) : Hashed(value_of(f, x.constant())); }
-  static Hashed of(Function f, const Hashed& x, const Hashed& y) {
+  [[gnu::always_inline]] static Hashed of(Function f, const Hashed& x) { return x.comparisons_ ? of_two(code(f), x, x) : Hashed(value_of(f, x.constant())); }
+  [[gnu::always_inline]] static Hashed of(Function f, const Hashed& x, const Hashed& y) {
     return x.is_constant(y) ? Hashed(value_of(f, x.constant(), y.constant())) : of_two(code(f), x, y);
   }
   friend Hashed pow(const Hashed& x, double exponent) { return x.comparisons_ ? of_two(5, x, Hashed(exponent)) : Hashed(std::pow(x.constant(), exponent)); }
@@ -80,7 +90,7 @@ class Hashed : public FormulaNumber<Hashed> {
     const Hashed c = cosh(x);
     return 1.0 / (c * c);
   }
-  friend const double& innermost_value(const Hashed& x) { return x.known(); }
+  friend double innermost_value(const Hashed& x) { return x.known(); }
 
   friend bool seen_to_be_one(const Hashed& x, const Hashed& y) { return x.comparisons_ == y.comparisons_ && x.bits_ == y.bits_; }
 
@@ -100,25 +110,25 @@ class Hashed : public FormulaNumber<Hashed> {
   friend bool signbit(const Hashed& x) { return x.comparisons_ ? below(x, 0.0, false) : std::signbit(x.constant()); }
 
  private:
-  constexpr Hashed(HashedComparisons* comparisons, std::uint64_t bits) : comparisons_(comparisons), bits_(bits) {}
+  [[gnu::always_inline]] constexpr Hashed(HashedComparisons* comparisons, std::uint64_t bits) : comparisons_(comparisons), bits_(bits) {}
 
   // The halves of the product of 128 bits, one over the other.
-  static constexpr std::uint64_t mixed(std::uint64_t operation, std::uint64_t a, std::uint64_t b) {
+  [[gnu::always_inline]] static constexpr std::uint64_t mixed(std::uint64_t operation, std::uint64_t a, std::uint64_t b) {
     __extension__ using Wide = unsigned __int128;
     const Wide product = static_cast<Wide>(a + operation * 0x9E3779B97F4A7C15U) * (b ^ 0xBF58476D1CE4E5B9U);
     return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64);
   }
-  constexpr double constant() const { return constant_; }
+  constexpr double constant() const { return std::bit_cast<double>(bits_); }
   constexpr bool is_constant(const Hashed& beside) const { return comparisons_ == nullptr && beside.comparisons_ == nullptr; }
   static constexpr std::uint64_t code(Function f) { return 16 + static_cast<std::uint64_t>(f); }
   // Of two numbers that are not both constants.
-  static Hashed of_two(std::uint64_t operation, const Hashed& x, const Hashed& y) {
+  [[gnu::always_inline]] static Hashed of_two(std::uint64_t operation, const Hashed& x, const Hashed& y) {
     const std::uint64_t constants = (x.comparisons_ ? 0U : 256U) + (y.comparisons_ ? 0U : 512U);
     return Hashed(x.comparisons_ ? x.comparisons_ : y.comparisons_, mixed(operation + constants, x.bits_, y.bits_));
   }
-  const double& known() const {
+  double known() const {
     if (comparisons_) throw NoFormula();
-    return constant_;
+    return constant();
   }
   // The next guard, of a comparison of these.
   static const Guard& answer(const Hashed& x, const Hashed& y, std::uint64_t kind) {
@@ -140,7 +150,6 @@ class Hashed : public FormulaNumber<Hashed> {
 
   HashedComparisons* comparisons_ = nullptr;  // of a constant: none
   std::uint64_t bits_ = 0;
-  double constant_ = 0.0;
 };
 
 }  // namespace qdot::formula

@@ -118,7 +118,7 @@ struct Reverse : ComparedByValue<Reverse<N>> {
   Reverse& operator*=(const Reverse& o) { return *this = *this * o; }
   Reverse& operator/=(const Reverse& o) { return *this = *this / o; }
 
-  friend const auto& innermost_value(const Reverse& x) {
+  friend decltype(auto) innermost_value(const Reverse& x) {
     using qdot::innermost_value;
     return innermost_value(x.value);
   }

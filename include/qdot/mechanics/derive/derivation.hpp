@@ -56,16 +56,18 @@ struct Derivation {
 /// Hashes of T, of V and of what they compare; nothing where they are no formulas on a branch.
 using Fingerprint = std::optional<std::array<std::uint64_t, 3>>;
 
-// The fingerprint of energies, on the branch with these answers.
+// The fingerprint of energies, on the branch with these answers. Of functors without loops the compiler finds most of it out by itself.
 template <int n, class E>
-[[gnu::noinline]] Fingerprint fingerprint(const E& e, int size, const std::vector<formula::Guard>* answers = nullptr) {
+[[gnu::noinline, gnu::flatten]] Fingerprint fingerprint(const E& e, int size, const std::vector<formula::Guard>* answers = nullptr) {
   using S = formula::Hashed;
   formula::HashedComparisons comparisons{answers};
   Vector<S, n> q(size), qdot(size);
-  for (int i = 0; i < size; ++i) {
+  const auto number = [&](int i) __attribute__((always_inline)) {
     q.data()[i] = S(comparisons, i);
     qdot.data()[i] = S(comparisons, size + i);
-  }
+  };
+  if constexpr (n == Dynamic) for (int i = 0; i < size; ++i) number(i);
+  else unroll<n>(number);
   const S t(comparisons, 2 * size);
   try {
     const S T = kinetic<n>(e, q, qdot, t), V = potential<n>(e, q, t);
