@@ -93,12 +93,27 @@ constexpr AlongMotion<S> moving_number(const S& value, const S& rate) {
 template <class Q, class Qdot, class... Time>
 using MotionScalar = std::decay_t<decltype(((std::declval<typename Q::Scalar>() + std::declval<typename Qdot::Scalar>()) + ... + std::declval<const Time&>()))>;
 
+// How a scalar follows a position along the motion without duals around it (mechanics/equations/moving_positions.hpp).
+template <class S>
+struct MovingPositions {
+  static constexpr bool known = false;
+};
+
+// Scalars of which the compiler knows numbers while it compiles: where there are several of them there is no loop.
+template <class S>
+inline constexpr bool is_seen_through = MovingPositions<S>::known || requires { requires S::is_seen_through; };
+
 // Vectors of values and rates → one vector of duals.
 template <class S, class Q, class Qdot>
 auto moving_vector(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
   static_assert(require_real<S>());
-  Vector<AlongMotion<S>, Q::SizeAtCompileTime> moving(q.size());
-  for (Eigen::Index i = 0; i < q.size(); ++i) moving[i] = moving_number<S>(S(q[i]), S(qdot[i]));
+  constexpr int n = Q::SizeAtCompileTime;
+  Vector<AlongMotion<S>, n> moving(q.size());
+  const auto set = [&](Eigen::Index i) __attribute__((always_inline)) {
+    moving.data()[i] = moving_number<S>(S(q.derived().coeff(i)), S(qdot.derived().coeff(i)));
+  };
+  if constexpr (is_seen_through<S> && n != Dynamic) unroll<n>(set);
+  else for (Eigen::Index i = 0; i < q.size(); ++i) set(i);
   return moving;
 }
 
@@ -107,12 +122,6 @@ concept IsMatrix = requires { Result::RowsAtCompileTime; };
 
 template <class S, class Result>
 using PlainOf = Eigen::Matrix<S, Result::RowsAtCompileTime, Result::ColsAtCompileTime>;
-
-// How a scalar follows a position along the motion without duals around it (mechanics/equations/moving_positions.hpp).
-template <class S>
-struct MovingPositions {
-  static constexpr bool known = false;
-};
 
 // Follows the entries of what a function of positions returned.
 template <class Positions>
@@ -148,7 +157,7 @@ auto followed(const Result& result, const Follow& follow) {
   both.value.resize(matrix.rows(), matrix.cols());
   both.rate.resize(matrix.rows(), matrix.cols());
   S *const values = both.value.data(), *const rates = both.rate.data();
-  over_entries<MovingPositions<S>::known>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) {
+  over_entries<is_seen_through<S>>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) {
     const ValueAndRate<S> found = follow(entry);
     values[k] = found.value;
     rates[k] = found.rate;
@@ -169,7 +178,7 @@ PlainOf<S, Result> followed_rates(const Result& result, const Follow& follow) {
   PlainOf<S, Result> rate;
   rate.resize(matrix.rows(), matrix.cols());
   S* const rates = rate.data();
-  over_entries<MovingPositions<S>::known>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) { rates[k] = follow(entry).rate; });
+  over_entries<is_seen_through<S>>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) { rates[k] = follow(entry).rate; });
   return rate;
 }
 

@@ -38,7 +38,8 @@ struct HashedComparisons {
 /// A number of a formula, known by its hash; of a constant its value.
 class Hashed : public FormulaNumber<Hashed> {
  public:
-  static constexpr bool is_recorded = true;  // goes the ways of a number that is being recorded
+  static constexpr bool is_recorded = true;      // goes the ways of a number that is being recorded
+  static constexpr bool is_seen_through = true;  // mechanics/velocity.hpp
 
   [[gnu::always_inline]] constexpr Hashed() = default;
   template <class Number>
