@@ -72,7 +72,7 @@ struct UnrolledChain {
     using std::cos, std::sin;
     using S = typename std::decay_t<decltype(q)>::Scalar;
     S vx(0.0), vy(0.0), sum(0.0);
-    unroll<n>([&](auto k) __attribute__((always_inline)) {
+    unroll<n>([&](auto k) {
       vx += cos(q[k]) * qdot[k];
       vy += sin(q[k]) * qdot[k];
       sum += 0.5 * (vx * vx + vy * vy);
@@ -83,7 +83,7 @@ struct UnrolledChain {
     using std::cos;
     using S = typename std::decay_t<decltype(q)>::Scalar;
     S y(0.0), sum(0.0);
-    unroll<n>([&](auto k) __attribute__((always_inline)) {
+    unroll<n>([&](auto k) {
       y -= cos(q[k]);
       sum += g * y;
     });
@@ -98,7 +98,7 @@ struct UnrolledPositions {
   void operator()(const Q& q, auto& bodies) const {
     using std::cos, std::sin;
     typename Q::Scalar x(0.0), y(0.0);
-    unroll<n>([&](auto k) __attribute__((always_inline)) {
+    unroll<n>([&](auto k) {
       x = x + sin(q[k]);
       y = y - cos(q[k]);
       bodies.point_mass(1.0, vector(x, y));
@@ -127,7 +127,7 @@ struct TipOfChain {
   constexpr auto operator()(const Q& q) const {
     using std::sin;
     typename Q::Scalar x(0.0);
-    unroll<n>([&](auto k) __attribute__((always_inline)) { x = x + sin(q[k]); });
+    unroll<n>([&](auto k) { x = x + sin(q[k]); });
     return x;
   }
 };

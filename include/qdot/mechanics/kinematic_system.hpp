@@ -133,7 +133,7 @@ class KinematicEnergies {
   // One call of the functors, for what they read of q (mechanics/equations/entries.hpp).
   template <class Q>
   void read_entries(const Q& q, const Q&, double t) const {
-    WeightSum<double> bodies{field()};
+    WeightSum<double> bodies = weights<double>();
     place(q, t, bodies);
     if constexpr (!heavy) (void)own_potential(q, t);
   }
@@ -156,12 +156,14 @@ class KinematicEnergies {
     }
   }
 
-  Eigen::Vector3d field() const {
+  // V of no body yet.
+  template <class S>
+  WeightSum<S> weights() const {
     if constexpr (heavy) {
       const std::array<double, 3> g = field_of(potential_);
-      return {g[0], g[1], g[2]};
+      return {{g[0], g[1], g[2]}};
     } else {
-      return Eigen::Vector3d::Zero();
+      return {{0.0, 0.0, 0.0}};
     }
   }
 
@@ -182,7 +184,7 @@ class KinematicEnergies {
   template <class S>
   S potential_energy(const Vector<S, n>& q, const S& t) const {
     if constexpr (heavy) {
-      WeightSum<S> bodies{field()};
+      WeightSum<S> bodies = weights<S>();
       place(q, t, bodies);
       return bodies.V;
     } else {

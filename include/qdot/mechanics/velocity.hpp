@@ -133,11 +133,11 @@ struct FollowBy {
 
 // Calls visit(entry, k) for the entries of a matrix, column by column, whichever way it is stored; without a loop where that counts.
 template <bool in_straight_lines, class Result, class Visit>
-[[gnu::always_inline]] inline void over_entries(const Result& matrix, const Visit& visit) {
-  if constexpr (in_straight_lines && Result::SizeAtCompileTime != Dynamic) {
-    unroll<Result::SizeAtCompileTime>([&](auto k) __attribute__((always_inline)) {
-      visit(matrix.coeff(k % Result::RowsAtCompileTime, k / Result::RowsAtCompileTime), k);
-    });
+void over_entries(const Result& matrix, const Visit& visit) {
+  constexpr int size = Result::SizeAtCompileTime, rows = Result::RowsAtCompileTime, columns = Result::ColsAtCompileTime;
+  if constexpr (in_straight_lines && size != Dynamic) {
+    const auto* const entry = matrix.data();
+    unroll<size>([&](auto k) __attribute__((always_inline)) { visit(entry[Result::IsRowMajor ? k % rows * columns + k / rows : k], k); });
   } else {
     for (Eigen::Index j = 0, k = 0; j < matrix.cols(); ++j)
       for (Eigen::Index i = 0; i < matrix.rows(); ++i, ++k) visit(matrix.coeff(i, j), k);

@@ -18,6 +18,10 @@
 
 namespace qdot::detail {
 
+#if defined(__clang__) && defined(__OPTIMIZE__)  // ad/forward/functor_result.hpp says why
+#pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
+#endif
+
 // Whether a matrix has so many entries, as far as its type tells.
 template <class M, int least, int most>
 inline constexpr bool has_entries = M::SizeAtCompileTime == Dynamic || (M::SizeAtCompileTime >= least && M::SizeAtCompileTime <= most);
@@ -34,7 +38,7 @@ consteval bool require_body() {
 
 // r_A + R AG.
 template <class Position, class Rotation>
-[[gnu::always_inline]] inline auto centre_of(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
+auto centre_of(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
   static_assert(require_body<Position, Rotation>());
   const auto& point = r.derived().eval();
   const auto& turned = R.eval();
@@ -56,21 +60,21 @@ struct KineticSum {
   S T{0.0};
 
   template <class Position>
-  [[gnu::always_inline]] void point_mass(double m, const Eigen::MatrixBase<Position>& r) {
+  void point_mass(double m, const Eigen::MatrixBase<Position>& r) {
     T = T + 0.5 * m * squared_speed(r);
   }
   template <class Position, class Angle>
-  [[gnu::always_inline]] void planar_body(double m, double inertia, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
+  void planar_body(double m, double inertia, const Eigen::MatrixBase<Position>& r, const Angle& angle) {
     const S omega = follow(angle).rate;
     T = T + 0.5 * (m * squared_speed(r) + inertia * (omega * omega));
   }
   template <class Tensor, class Position, class Rotation>
-  [[gnu::always_inline]] void rigid_body(double m, const Eigen::MatrixBase<Tensor>& inertia, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
+  void rigid_body(double m, const Eigen::MatrixBase<Tensor>& inertia, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
     static_assert(has_entries<Rotation, 9, 9>, "qdot: the rotation of a rigid body is a matrix of 3 by 3");
     T = T + 0.5 * (m * squared_speed(r) + quadratic_form(inertia, angular_velocity_along<Axes::of_body, S>(R, follow)));
   }
   template <class Position, class Rotation>
-  [[gnu::always_inline]] void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
+  void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
     static_assert(require_body<Position, Rotation>());
     const Vector<S, 3> omega = angular_velocity_along<Axes::of_body, S>(R, follow);
     T = T + 0.5 * (body.mass * squared_speed(r) + quadratic_form(body.inertia, omega));
@@ -87,7 +91,7 @@ struct KineticSum {
 
  private:
   template <class Position>
-  [[gnu::always_inline]] S squared_speed(const Eigen::MatrixBase<Position>& r) const {
+  S squared_speed(const Eigen::MatrixBase<Position>& r) const {
     static_assert(require_position<Position>());
     S sum(0.0);
     over_entries<true>(r.derived().eval(), [&](const auto& entry, auto) __attribute__((always_inline)) {
@@ -101,28 +105,32 @@ struct KineticSum {
 // V of all bodies in a uniform field.
 template <class S>
 struct WeightSum {
-  Eigen::Vector3d field;
+  double field[3];
   S V{0.0};
 
   template <class Position>
-  [[gnu::always_inline]] void point_mass(double m, const Eigen::MatrixBase<Position>& r) {
+  void point_mass(double m, const Eigen::MatrixBase<Position>& r) {
     static_assert(require_position<Position>());
     over_entries<true>(r.derived().eval(), [&](const auto& entry, auto i) __attribute__((always_inline)) {
       if (may_differ_from_zero(field[i])) V = V - (m * field[i]) * entry;
     });
   }
   template <class Position, class Angle>
-  [[gnu::always_inline]] void planar_body(double m, double, const Eigen::MatrixBase<Position>& r, const Angle&) {
+  void planar_body(double m, double, const Eigen::MatrixBase<Position>& r, const Angle&) {
     point_mass(m, r);
   }
   template <class Tensor, class Position, class Rotation>
-  [[gnu::always_inline]] void rigid_body(double m, const Eigen::MatrixBase<Tensor>&, const Eigen::MatrixBase<Position>& r, const Rotation&) {
+  void rigid_body(double m, const Eigen::MatrixBase<Tensor>&, const Eigen::MatrixBase<Position>& r, const Rotation&) {
     point_mass(m, r);
   }
   template <class Position, class Rotation>
-  [[gnu::always_inline]] void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
+  void rigid_body(const RigidBody& body, const Eigen::MatrixBase<Position>& r, const Rotation& R) {
     point_mass(body.mass, centre_of(body, r, R));
   }
 };
+
+#if defined(__clang__) && defined(__OPTIMIZE__)
+#pragma clang attribute pop
+#endif
 
 }  // namespace qdot::detail
