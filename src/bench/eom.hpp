@@ -81,7 +81,7 @@ template <int n>
     std::copy_n(qdot, n, std::copy_n(q, n, y));
   } else {
     double both[2 * n];  // in registers
-    unroll<n>([&](auto i) __attribute__((always_inline)) {
+    detail::unroll<n>([&](auto i) __attribute__((always_inline)) {
       both[i] = q[i];
       both[n + i] = qdot[i];
     });

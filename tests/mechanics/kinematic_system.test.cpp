@@ -229,4 +229,12 @@ TEST_CASE("a kinematic system without inertia in some direction says so") {
   CHECK_THROWS_AS(acceleration(system, Eigen::Vector2d(1, 2), Eigen::Vector2d(3, 4)), SingularMassMatrix);
 }
 
+TEST_CASE("a position of more than three entries is refused, where its size is known at run time, too") {
+  const auto system = kinematic_system<2>([](const auto& q, auto& bodies) {
+    using S = std::decay_t<decltype(q[0])>;
+    bodies.point_mass(1.0, Vector<S, Dynamic>(Vector<S, Dynamic>::Constant(4, q[0] + 2.0 * q[1])));
+  }, uniform_gravity(0.0, -9.81));
+  CHECK_THROWS_AS(acceleration(system, Eigen::Vector2d(1, 2), Eigen::Vector2d(3, 4)), InvalidValue);
+}
+
 }  // namespace

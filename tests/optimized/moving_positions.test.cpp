@@ -104,6 +104,16 @@ struct LinkByLink {
   }
 };
 
+// A potential that takes one rotation or another.
+struct OneOrAnother {
+  bool first;
+  auto T(const auto& q, const auto& v) const { return 0.5 * (v[0] * v[0] + (1.0 + q[0] * q[0]) * v[1] * v[1] + 2.0 * v[2] * v[2]); }
+  auto V(const auto& q) const {
+    const auto R = first ? euler_rotation_313(q[0], q[1], q[2]) : euler_rotation_321(q[0], q[1], q[2]);
+    return 0.3 * R(2, 0) + 0.4 * R(1, 1);
+  }
+};
+
 struct Seen {
   bool packed(const detail::AtState&, const double*, const double*, detail::ComponentMask) const { return true; }
 };
@@ -152,6 +162,11 @@ TEST_CASE("the compiler sees through rotations that functors inside T return, an
 }
 
 TEST_CASE("an energy that has a function for its parts is differentiated as any other") { CHECK(difference<2>(LinkByLink{}) < rounded); }
+
+TEST_CASE("rotations of one kind and another are of one type in potentials") {
+  CHECK(difference<3>(OneOrAnother{true}) < rounded);
+  CHECK(difference<3>(OneOrAnother{false}) < rounded);
+}
 
 #ifndef __clang__  // which decides by its size whether such a function is a call
 TEST_CASE("GCC sees through functions that T has for its parts") {

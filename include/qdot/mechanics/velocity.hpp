@@ -108,6 +108,7 @@ template <class S, class Q, class Qdot>
 auto moving_vector(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot) {
   static_assert(require_real<S>());
   constexpr int n = Q::SizeAtCompileTime;
+  eigen_assert(q.size() == qdot.size());
   Vector<AlongMotion<S>, n> moving(q.size());
   const auto set = [&](Eigen::Index i) __attribute__((always_inline)) {
     moving.data()[i] = moving_number<S>(S(q.derived().coeff(i)), S(qdot.derived().coeff(i)));

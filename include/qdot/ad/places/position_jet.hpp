@@ -43,13 +43,15 @@ struct RowEntry {
   return mask & bit(1, 63);
 }
 
-template <int n, class = std::make_integer_sequence<int, n>>
+// Where it remembers rotations (mechanics/equations/known_rotation.hpp), the library's rotations of different kinds have different types.
+template <int n, class = std::make_integer_sequence<int, n>, bool remembers = true>
 struct PositionJet;
 
-template <int n, int... Is>
-struct PositionJet<n, std::integer_sequence<int, Is...>> : RowEntry<Is>..., ComparedByValue<PositionJet<n, std::integer_sequence<int, Is...>>> {
+template <int n, int... Is, bool remembers>
+struct PositionJet<n, std::integer_sequence<int, Is...>, remembers>
+    : RowEntry<Is>..., ComparedByValue<PositionJet<n, std::integer_sequence<int, Is...>, remembers>> {
   using Self = PositionJet;
-  static constexpr bool remembers_rotations = true;  // mechanics/equations/known_rotation.hpp
+  static constexpr bool remembers_rotations = remembers;
 
   double value;
   double rate;  // ẋ
@@ -214,7 +216,7 @@ struct PositionJet<n, std::integer_sequence<int, Is...>> : RowEntry<Is>..., Comp
   }
 };
 
-template <int n, class Is>
-struct is_euler_lagrange<PositionJet<n, Is>> : std::true_type {};
+template <int n, class Is, bool remembers>
+struct is_euler_lagrange<PositionJet<n, Is, remembers>> : std::true_type {};
 
 }  // namespace qdot::detail

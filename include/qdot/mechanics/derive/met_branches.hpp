@@ -41,7 +41,7 @@ class MetBranches {
       }
     return nullptr;
   }
-  /// The same, or what make() returns, if it holds. Where make() returns null, and where it has failed some times, no more are made.
+  /// The same, or what make() returns, if it is not null and holds. Where that has failed some times, no more are made.
   template <class Holds, class Make>
   [[gnu::cold, gnu::noinline]] const Held* added(const Holds& holds, const Make& make) {
     const std::lock_guard lock(adding_);
@@ -51,7 +51,7 @@ class MetBranches {
     const std::size_t last = count();
     const bool good = made && holds(*made);
     if (!good) ++failed_;
-    if (!made || failed_ == most_failed || last + 1 == most) is_full_.store(true, std::memory_order_relaxed);
+    if (failed_ == most_failed || last + 1 == most) is_full_.store(true, std::memory_order_relaxed);
     if (!good) return nullptr;
     all_[last] = std::move(made);
     count_.store(last + 1, std::memory_order_release);
@@ -67,7 +67,7 @@ class MetBranches {
   }
 
  private:
-  static constexpr int most_failed = 8;  // items that do not hold where they were made
+  static constexpr int most_failed = 8;  // items that could not be made, or do not hold where they were made
 
   std::array<Held, most> all_;
   std::atomic<std::size_t> count_{0}, latest_{0};

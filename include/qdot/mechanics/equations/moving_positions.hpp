@@ -47,8 +47,9 @@ struct MovingPositions<EulerLagrange<n, std::integer_sequence<int, Is...>, K>> {
     to.has_rate = t.has_rate;
     wrong |= static_cast<Present>((t.g_mask | t.x_mask | t.h_mask) != 0) | (1U ^ t.has_rate) | differ(t.rate, 1.0);
   }
-  [[gnu::always_inline]] ValueAndRate<S> both(const Position& position) const {
-    const Position p = position.whole();
+  template <bool remembers>
+  [[gnu::always_inline]] ValueAndRate<S> both(const PositionJet<n, std::integer_sequence<int, Is...>, remembers>& position) const {
+    const auto p = position.whole();
     ValueAndRate<S> r{S(p.value), S(p.rate)};
     r.value.rate = p.rate;
     r.value.has_rate = p.has_rate;

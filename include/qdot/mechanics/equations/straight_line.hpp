@@ -44,13 +44,13 @@ inline constexpr bool straight_line_pays = true;
 // V of positions that move with q̇: it has no derivatives by velocities, and is made of less than half of the numbers that T is made of.
 template <int n, class E>
 [[gnu::flatten]] inline EulerLagrange<n> potential_of(const E& e, const double* q, const double* qdot, double t) {
-  using Position = PositionJet<n>;
+  using Position = PositionJet<n, std::make_integer_sequence<int, n>, false>;
   Vector<Position, n> x;
   Position* const positions = x.data();
   unroll<n>([&](auto i) __attribute__((always_inline)) { positions[i] = Position::template coordinate<i>(q[i], qdot[i]); });
   const MovingPositions<EulerLagrange<n>> along_motion;
-  if constexpr (potential_signature<E, n>() == PotentialSignature::position) return along_motion.both(e.V(x)).value;
-  else return along_motion.both(e.V(x, Position::time(t))).value;
+  if constexpr (potential_signature<E, n>() == PotentialSignature::position) return along_motion.both(Position(e.V(x))).value;
+  else return along_motion.both(Position(e.V(x, Position::time(t)))).value;
 }
 
 // T of a state that consists of scalars of Lagrange's equations.

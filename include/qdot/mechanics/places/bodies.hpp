@@ -6,9 +6,11 @@
 // A functor of the kinematic door places bodies, bodies.point_mass(m, r) and so on. What becomes of that depends on the object that it is given, and the
 // functor does not need to know:
 //
-//     KineticSum     r and R on numbers that move (velocity.hpp):   T += ½ m ṙ·ṙ + ½ Ω·I Ω ,  Ω along the body's axes
+//     KineticSum     r and R on numbers that move (velocity.hpp):   T += ½ m ṙ·ṙ + ½ Ω·I Ω ,  Ω along the body's axes;
+//                    of a body about A                              T += ½ m v_A·v_A + m Rᵀv_A·(Ω × AG) + ½ Ω·I_A Ω , where R must be a rotation
 //     WeightSum      r and R on any numbers:                        V −= m g·r
 
+#include <string>
 #include <type_traits>
 
 #include <Eigen/Core>
@@ -26,9 +28,9 @@ namespace qdot::detail {
 template <class M, int least, int most>
 inline constexpr bool has_entries = M::SizeAtCompileTime == Dynamic || (M::SizeAtCompileTime >= least && M::SizeAtCompileTime <= most);
 template <class Position>
-consteval bool require_position() {
+void require_position(const Position& r) {
   static_assert(has_entries<Position, 1, 3>, "qdot: the position of a body has 1, 2 or 3 entries");
-  return true;
+  if (r.size() < 1 || r.size() > 3) throw InvalidValue("a body's position has 1, 2 or 3 entries, but this has " + std::to_string(r.size()));
 }
 template <class Position, class Rotation>
 consteval bool require_body() {
@@ -92,7 +94,7 @@ struct KineticSum {
  private:
   template <class Position>
   S squared_speed(const Eigen::MatrixBase<Position>& r) const {
-    static_assert(require_position<Position>());
+    require_position(r.derived());
     S sum(0.0);
     over_entries<true>(r.derived().eval(), [&](const auto& entry, auto) __attribute__((always_inline)) {
       const S rate = follow(entry).rate;
@@ -110,7 +112,7 @@ struct WeightSum {
 
   template <class Position>
   void point_mass(double m, const Eigen::MatrixBase<Position>& r) {
-    static_assert(require_position<Position>());
+    require_position(r.derived());
     over_entries<true>(r.derived().eval(), [&](const auto& entry, auto i) __attribute__((always_inline)) {
       if (may_differ_from_zero(field[i])) V = V - (m * field[i]) * entry;
     });
