@@ -16,9 +16,19 @@ namespace qdot {
 
 namespace detail {
 
+// f(i), inlined whatever its size.
+template <class F, class I>
+[[gnu::always_inline]] inline constexpr void call_inlined(F& f, I i) {
+#if defined(__clang__) && defined(__OPTIMIZE__) && __clang_major__ >= 15
+  [[clang::always_inline]] f(i);
+#else
+  f(i);
+#endif
+}
+
 template <int first, class F, int... Is>
 [[gnu::always_inline]] inline constexpr void unroll_over(F& f, std::integer_sequence<int, Is...>) {
-  (f(std::integral_constant<int, first + Is>{}), ...);
+  (call_inlined(f, std::integral_constant<int, first + Is>{}), ...);
 }
 
 // Halves of a long loop, because compilers nest expressions only so deep (clang: 256).
