@@ -237,4 +237,29 @@ TEST_CASE("a position of more than three entries is refused, where its size is k
   CHECK_THROWS_AS(acceleration(system, Eigen::Vector2d(1, 2), Eigen::Vector2d(3, 4)), InvalidValue);
 }
 
+// By Koenig, from where G is.
+struct MovedByItsCentre {
+  auto T(const auto& q, const auto& v) const {
+    const auto turn = [](const auto& x) { return euler_rotation_321(x[0], x[1], x[2]); };
+    const auto centre = [&](const auto& x) {
+      const auto R = turn(x);
+      const auto along = [&](int i) { return R(i, 0) * asymmetric.centre[0] + R(i, 1) * asymmetric.centre[1] + R(i, 2) * asymmetric.centre[2]; };
+      return vector(x[3] + along(0), x[4] + along(1), x[5] * x[5] + along(2));
+    };
+    const Eigen::Matrix3d I_G = inertia_at_centre(asymmetric.inertia, asymmetric.mass, asymmetric.centre);
+    return kinetic_energy_about_centre(asymmetric.mass, I_G, velocity_of(centre, q, v), body_angular_velocity_of(turn, q, v));
+  }
+  auto V(const auto& q) const { return 0.0 * q[0]; }
+};
+
+TEST_CASE("a body off its centre, whose reference point moves, has the kinetic energy of its centre of mass") {
+  const auto system = kinematic_system<6>([](const auto& q, auto& bodies) {
+    bodies.rigid_body(asymmetric, vector(q[3], q[4], q[5] * q[5]), euler_rotation_321(q[0], q[1], q[2]));
+  });
+  const auto by_centre = mechanical_system<6>(MovedByItsCentre{});
+  const Vector<double, 6> q = Vector<double, 6>::LinSpaced(0.3, 1.2), v = Vector<double, 6>::LinSpaced(-0.8, 0.9);
+  CHECK(kinetic_energy(system, q, v) == Approx(kinetic_energy(by_centre, q, v)).epsilon(rounded));
+  CHECK((acceleration(system, q, v) - acceleration(by_centre, q, v)).norm() < 100 * rounded);
+}
+
 }  // namespace
