@@ -43,7 +43,7 @@ struct RowEntry {
   return mask & bit(1, 63);
 }
 
-// Where it remembers rotations (mechanics/equations/known_rotation.hpp), the library's rotations of different kinds have different types.
+// `remembers`: whether rotations by these numbers keep their coordinates (mechanics/equations/known_rotation.hpp). Then each kind has a type of its own.
 template <int n, class = std::make_integer_sequence<int, n>, bool remembers = true>
 struct PositionJet;
 

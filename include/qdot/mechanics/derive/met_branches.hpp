@@ -41,7 +41,7 @@ class MetBranches {
       }
     return nullptr;
   }
-  /// The same, or what make() returns, if it is not null and holds. Where that has failed some times, no more are made.
+  /// The first item of which holds(item), or else what make() returns, if that is not null and holds. After some failures no more are made.
   template <class Holds, class Make>
   [[gnu::cold, gnu::noinline]] const Held* added(const Holds& holds, const Make& make) {
     const std::lock_guard lock(adding_);

@@ -183,8 +183,8 @@ struct VectorTurn {
   }
 };
 
-// What tells whether an entry is the one that was made: all of it, or a part where that is enough. GCC gives up to see through much more than a
-// thousand numbers that are written between one place and another.
+// What tells whether an entry is the one that was made: all of it, or a part where that is enough. GCC no longer knows a number in
+// memory while compiling, when more than a thousand others are written before it is read.
 template <class S>
 const S& mark_of(const S& x) {
   return x;

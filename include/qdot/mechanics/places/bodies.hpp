@@ -30,7 +30,9 @@ inline constexpr bool has_entries = M::SizeAtCompileTime == Dynamic || (M::SizeA
 template <class Position>
 void require_position(const Position& r) {
   static_assert(has_entries<Position, 1, 3>, "qdot: the position of a body has 1, 2 or 3 entries");
-  if (r.size() < 1 || r.size() > 3) throw InvalidValue("a body's position has 1, 2 or 3 entries, but this has " + std::to_string(r.size()));
+  if (r.size() < 1 || r.size() > 3) {
+    throw InvalidValue("the position of a body has 1, 2 or 3 entries, but this one has " + std::to_string(r.size()) + "; give x, or x and y, or x, y and z");
+  }
 }
 template <class Position, class Rotation>
 consteval bool require_body() {
