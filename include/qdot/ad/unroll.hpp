@@ -17,8 +17,8 @@ namespace qdot {
 namespace detail {
 
 // f(i), inlined whatever its size.
-template <class F, class I>
-[[gnu::always_inline]] inline constexpr void call_inlined(F& f, I i) {
+template <class F, class Index>
+[[gnu::always_inline]] inline constexpr void call_inlined(F& f, Index i) {
 #if defined(__clang__) && defined(__OPTIMIZE__) && __clang_major__ >= 15
   [[clang::always_inline]] f(i);
 #else
