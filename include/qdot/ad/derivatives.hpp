@@ -22,6 +22,7 @@
 
 #include "qdot/ad/dual_eigen.hpp"
 #include "qdot/ad/forward/functor_result.hpp"
+#include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
 
 namespace qdot {
@@ -69,6 +70,21 @@ Vector<D, n> seeded(const Vector<S, n>& x, Eigen::Index first) {
   return seeds;
 }
 
+template <int n, class Visit>
+[[gnu::always_inline]] inline void for_each_entry(Eigen::Index size, const Visit& visit) {
+  if constexpr (n == Dynamic)
+    for (int i = 0; i < size; ++i) visit(i);
+  else
+    detail::unroll<n>(visit);
+}
+// Arguments of a function whose derivatives are hashes.
+template <class S, int n>
+Vector<S, n> marked_arguments(const Vector<S, n>& x) {
+  Vector<S, n> marked(x.size());
+  for_each_entry<n>(x.size(), [&](int i) __attribute__((always_inline)) { marked.data()[i] = S::argument(x.data()[i], i); });
+  return marked;
+}
+
 }  // namespace detail
 
 /// f(x) and ∇f(x) of a scalar function.
@@ -92,17 +108,24 @@ auto value_and_gradient(F&& f, const Eigen::MatrixBase<Derived>& x) {
   static_assert(detail::require_real<S>());
   ValueAndGradient<S, n> result{S(0), Vector<S, n>(at.size())};
   if (at.size() == 0) return result;
-  for (Eigen::Index first = 0; first < at.size(); first += D::directions) {
-    const Vector<D, n> seeds = detail::seeded<D>(at, first);
-    static_assert(std::is_same_v<std::remove_cvref_t<decltype(f(seeds))>, D>,
-                  "qdot: the function must return the scalar type of its argument (write it for "
-                  "`const auto& x` and return an expression of x's entries, not a double)");
-    const D y = f(seeds);
-    result.value = y.value;
-    const Eigen::Index end = std::min<Eigen::Index>(at.size(), first + D::directions);
-    for (Eigen::Index i = first; i < end; ++i) result.gradient[i] = y.tangent[static_cast<std::size_t>(i - first)];
+  if constexpr (detail::is_hash<S>) {
+    const S y = f(detail::marked_arguments(at));
+    result.value = S::digest(y, 0);
+    detail::for_each_entry<n>(at.size(), [&](int i) __attribute__((always_inline)) { result.gradient.data()[i] = S::digest(y, i + 1); });
+    return result;
+  } else {
+    for (Eigen::Index first = 0; first < at.size(); first += D::directions) {
+      const Vector<D, n> seeds = detail::seeded<D>(at, first);
+      static_assert(std::is_same_v<std::remove_cvref_t<decltype(f(seeds))>, D>,
+                    "qdot: the function must return the scalar type of its argument (write it for "
+                    "`const auto& x` and return an expression of x's entries, not a double)");
+      const D y = f(seeds);
+      result.value = y.value;
+      const Eigen::Index end = std::min<Eigen::Index>(at.size(), first + D::directions);
+      for (Eigen::Index i = first; i < end; ++i) result.gradient[i] = y.tangent[static_cast<std::size_t>(i - first)];
+    }
+    return result;
   }
-  return result;
 }
 
 /// ∇f(x) of a generic scalar function f; costs as value_and_gradient.
@@ -128,27 +151,39 @@ auto value_and_jacobian(F&& f, const Eigen::MatrixBase<Derived>& x) {
   constexpr int n = Derived::RowsAtCompileTime;
   using D = Dual<S, detail::directions_for<n>, typename detail::tag_of<std::remove_cvref_t<F>>::type>;
   static_assert(Derived::ColsAtCompileTime == 1, "qdot: the point of a Jacobian must be a column vector");
-  using Returned = std::remove_cvref_t<decltype(f(std::declval<const Vector<D, n>&>()))>;
+  using Argument = std::conditional_t<detail::is_hash<S>, S, D>;
+  using Returned = std::remove_cvref_t<decltype(f(std::declval<const Vector<Argument, n>&>()))>;
   static_assert(detail::require_real<S>());
   static_assert(detail::require_numbers<Returned>());
-  static_assert(std::is_same_v<typename Returned::Scalar, D>,
+  static_assert(std::is_same_v<typename Returned::Scalar, Argument>,
                 "qdot: the function must return a vector of the scalar type of its argument");
   constexpr int m = Returned::RowsAtCompileTime;
   const Vector<S, n> at = x;
   ValueAndJacobian<S, m, n> result;
-  for (Eigen::Index first = 0; first == 0 || first < at.size(); first += D::directions) {
-    const Vector<D, m> y = f(detail::seeded<D>(at, first));
-    if (first == 0) {
-      result.value.resize(y.size());
-      result.jacobian.resize(y.size(), at.size());
-      for (Eigen::Index j = 0; j < y.size(); ++j) result.value[j] = y[j].value;
+  if constexpr (detail::is_hash<S>) {
+    const Vector<S, m> y = f(detail::marked_arguments(at));
+    result.value.resize(y.size());
+    result.jacobian.resize(y.size(), at.size());
+    for (Eigen::Index j = 0; j < y.size(); ++j) {
+      result.value[j] = S::digest(y[j], 0);
+      for (Eigen::Index i = 0; i < at.size(); ++i) result.jacobian(j, i) = S::digest(y[j], static_cast<int>(i) + 1);
     }
-    const Eigen::Index end = std::min<Eigen::Index>(at.size(), first + D::directions);
-    for (Eigen::Index i = first; i < end; ++i)
-      for (Eigen::Index j = 0; j < y.size(); ++j)
-        result.jacobian(j, i) = y[j].tangent[static_cast<std::size_t>(i - first)];
+    return result;
+  } else {
+    for (Eigen::Index first = 0; first == 0 || first < at.size(); first += D::directions) {
+      const Vector<D, m> y = f(detail::seeded<D>(at, first));
+      if (first == 0) {
+        result.value.resize(y.size());
+        result.jacobian.resize(y.size(), at.size());
+        for (Eigen::Index j = 0; j < y.size(); ++j) result.value[j] = y[j].value;
+      }
+      const Eigen::Index end = std::min<Eigen::Index>(at.size(), first + D::directions);
+      for (Eigen::Index i = first; i < end; ++i)
+        for (Eigen::Index j = 0; j < y.size(); ++j)
+          result.jacobian(j, i) = y[j].tangent[static_cast<std::size_t>(i - first)];
+    }
+    return result;
   }
-  return result;
 }
 
 /// ∂f/∂x, m×n, of a generic vector function f; costs as value_and_jacobian.

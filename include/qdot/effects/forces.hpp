@@ -153,9 +153,9 @@ struct TorqueOnBody {
     else return force_by_duals(q, qdot, t);
   }
   template <class S, int n>
-  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>&, const S& t) const {
+  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
-    // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇, so any q̇ will do. A known rotation has Ω in closed form, and τ·ω = Rᵀτ·Ω.
+    // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇. A known rotation has Ω in closed form, and τ·ω = Rᵀτ·Ω.
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
       const Vector<D, n> at = q.template cast<D>();
@@ -175,7 +175,7 @@ struct TorqueOnBody {
         const auto omega = detail::angular_velocity_along<detail::Axes::of_space, D>(rotation, follow);
         return D(D(tau[0]) * omega[0] + D(tau[1]) * omega[1] + D(tau[2]) * omega[2]);
       });
-    }), Vector<S, n>(Vector<S, n>::Zero(q.size())));
+    }), qdot);
   }
 
  private:

@@ -39,10 +39,9 @@ class SceneForm {
   static constexpr int m = Sc::constraints_at_compile_time;
   static constexpr bool is_traced = detail::is_traced_scene<Sc>;
   static constexpr bool has_traced_jacobian = detail::has_traced_jacobian<Sc>;
-  static constexpr bool has_solved_rates =
-      has_traced_jacobian && detail::may_have_solved_rates<n> && (Sc::has_constraints || Sc::SystemType::inertia == Inertia::positive_definite);
+  static constexpr bool has_rates = detail::has_rates<Sc>;
   static constexpr bool has_projection_lines =
-      has_solved_rates && Sc::has_constraints && Sc::SystemType::inertia == Inertia::positive_definite;
+      has_rates && Sc::has_constraints && Sc::SystemType::inertia == Inertia::positive_definite;
   using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedRates>;
 
  public:
@@ -64,7 +63,7 @@ class SceneForm {
     requires(is_traced || has_traced_jacobian || detail::may_keep_lines<typename Sc::SystemType::EnergiesType, n>)
   {
     if constexpr (has_traced_jacobian) jacobian_.renew(recordable());
-    if constexpr (has_solved_rates) rates_.renew();
+    if constexpr (has_rates) rates_.renew();
     if constexpr (has_projection_lines) projection_.renew();
     if constexpr (is_traced) traced_.renew(recordable());
     detail::renew_lines(scene_, scene_.system());
@@ -72,10 +71,9 @@ class SceneForm {
 
   /// Says that a run of this begins, which may be long (mechanics/derive/solved_rates.hpp).
   void expect_long_run()
-    requires has_solved_rates
+    requires has_projection_lines
   {
-    rates_.expect_long_run();
-    if constexpr (has_projection_lines) projection_.expect_long_run();
+    projection_.expect_long_run();
   }
 
   /// Whether the functors have been recorded, in which nothing may be compared.
@@ -88,8 +86,8 @@ class SceneForm {
   /// In words, how the last evaluation went.
   std::string way_taken() const {
     std::string way;
-    if constexpr (has_solved_rates)
-      if (rates_.is_kept()) return detail::way_of_lines(formula::native_lines_are_possible(), scene_.system().kept_lines()->by(), false);
+    if constexpr (has_rates)
+      if (rates_.are_kept()) return detail::way_of_lines(rates_.are_native(), scene_.system().kept_lines()->by(), false);
     if constexpr (is_traced)
       use_traced([&](Traced& traced) {
         way = detail::way_of_lines(traced.are_native(), scene_.system().kept_lines()->by(), traced.are_long());
@@ -121,12 +119,8 @@ class SceneForm {
       };
       if (use_traced(write)) return;
     }
-    if constexpr (has_solved_rates) {
-      if (may_be_straight()) {
-        const auto* const lines = rates_.found([&] { return detail::solved_rates<n>(recordable(), t, y, phases(y)); });
-        if (lines && lines->write(t, y, phases(y), ydot)) return;
-      }
-    }
+    if constexpr (has_rates)
+      if (may_be_lines() && rates_.write(*scene_.system().kept_lines(), [this] { return recordable(); }, t, y, phases(y), ydot)) return;
     const Vector<double, n> q = q_of(y), qdot = qdot_of(y);
     const Vector<double, states> z = z_of(y);
     std::copy_n(qdot.data(), k, ydot);
@@ -160,7 +154,7 @@ class SceneForm {
     if (detail::is_free(scene_, z)) return {};
     ProjectionReport report;
     if constexpr (has_projection_lines) {
-      if (may_be_straight()) {
+      if (may_be_lines()) {
         const auto* const lines = projection_.found([&] { return detail::projection_by_lines(recordable(), phases(y.data())); });
         if (lines && lines->project(t, y.data(), phases(y.data()), report)) return report;
       }
@@ -248,17 +242,7 @@ class SceneForm {
     detail::run_scene(motion, scene_, nullptr);
   }
   /// The phases of contacts and dry frictions in y.
-  auto phases(const double* y) const {
-    std::array<double, Sc::phases_at_compile_time> all;
-    std::size_t k = 0;
-    const double* z = y + 2 * dof();
-    detail::for_each(scene_.effects(), [&](const auto& e) {
-      using E = std::remove_cvref_t<decltype(e)>;
-      if constexpr (SwitchingEffect<E, n>) all[k++] = *z;
-      z += detail::states_of<E>();
-    });
-    return all;
-  }
+  auto phases(const double* y) const { return detail::phases_in(scene_, y + 2 * dof()); }
   /// a ← q̈ and lambda ← λ at y.
   void accelerate(double t, const double* y, double* a, double* lambda) const
     requires is_traced
@@ -349,20 +333,9 @@ class SceneForm {
         out, t, [this](Eigen::Index i) { return detail::sentence({"the rate of ", component_name(i)}); }, [this](Eigen::Index j) { return component_name(j); });
   }
 
-  // The functors, to be recorded in the phases that a recording has.
-  detail::RecordableForm recordable() const {
-    detail::LimitsOfPivots limits{.singular = detail::singular_pivot<double>(dof()), .dependent = 0.0};
-    if constexpr (has_constraints)
-      limits = {.singular = detail::massless_pivot,
-                .dependent = detail::clearly_independent * default_rank_cutoff * default_rank_cutoff,
-                .may_be_singular = Sc::SystemType::inertia == Inertia::indefinite};
-    const auto run = [](const void* it, detail::RecordedMotion& motion, std::vector<char>* holonomic) {
-      detail::run_scene(motion, *static_cast<const Sc*>(it), holonomic);
-    };
-    return {&scene_, run, dof(), states, has_forces, scene_.system().kept_lines()->by(), limits};
-  }
-  // Whether lines of a long run may be used.
-  bool may_be_straight() const { return scene_.system().kept_lines()->may_be_straight() && !scene_.system().kept_lines()->is_aside(); }
+  detail::RecordableForm recordable() const { return detail::recordable_scene(scene_); }
+  // Whether lines of a run may be used.
+  bool may_be_lines() const { return by_lines() && !scene_.system().kept_lines()->is_aside(); }
   bool by_lines() const { return scene_.system().kept_lines()->may_be_lines(); }
   // use(traced) with what was traced; false where there is nothing.
   template <class Use>
@@ -383,7 +356,7 @@ class SceneForm {
   Sc scene_;
   [[no_unique_address]] std::conditional_t<is_traced, detail::KeptMotion<Traced>, std::tuple<>> traced_;
   [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobians, std::tuple<int>> jacobian_;
-  [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates, std::tuple<long>> rates_;
+  [[no_unique_address]] std::conditional_t<has_rates, detail::RunRates, std::tuple<long>> rates_;
   [[no_unique_address]] std::conditional_t<has_projection_lines, detail::KeptProjection, std::tuple<char>> projection_;
 };
 

@@ -21,11 +21,10 @@
 #include <type_traits>
 
 #include "qdot/effects/equations/effect_forces.hpp"
-#include "qdot/effects/equations/forced_equations.hpp"
-#include "qdot/effects/equations/constrained_equations.hpp"
 #include "qdot/effects/equations/shared_forces.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/constraint_geometry.hpp"
+#include "qdot/effects/rows/recordable_scene.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -143,14 +142,6 @@ template <class Sc>
                                                        const EffectStates<Sc>& z, double cutoff) {
   constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
   ConstrainedSolution<n, m> solution;
-  if constexpr (has_constrained_equations<Sc>) {
-    const ConstrainedTo<Sc> use{scene, z, clearly_independent * cutoff * cutoff, solution};
-    if constexpr (n <= inlined_uses_limit) {
-      if (with_longer_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines())) return solution;
-    } else {
-      if (with_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines())) return solution;
-    }
-  }
   Coordinates<Sc> Q;
   if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
   if constexpr (may_be_sparse<Sc>) {
@@ -178,13 +169,28 @@ template <class Sc>
 [[gnu::noinline]] Coordinates<Sc> longer_scene_acceleration(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t,
                                                             const EffectStates<Sc>& z) {
   const auto blame = [&] { require_finite_forces(scene, q, qdot, t, z); };
-  if constexpr (has_forced_equations<Sc>) {
-    Coordinates<Sc> a = zeros<Coordinates<Sc>>(q.size());
-    if (longer_forced_acceleration(scene, q, qdot, t, z, a)) return a;
-    return general_acceleration_under_force(scene.system(), q, qdot, t, effect_forces(scene, q, qdot, z, t), blame);
-  } else {
-    return acceleration_under_force(scene.system(), q, qdot, t, effect_forces(scene, q, qdot, z, t), blame);
-  }
+  return acceleration_under_force(scene.system(), q, qdot, t, effect_forces(scene, q, qdot, z, t), blame);
+}
+
+// q̈ and λ by lines; false where there are none, and where rows depend on each other.
+template <class Sc, int n, int m>
+bool constrained_by_lines(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t, const EffectStates<Sc>& z,
+                          ConstrainedSolution<n, m>& solution) {
+  double ydot[2 * n + Sc::states_at_compile_time], active[m];
+  FoundMultipliers found{active};
+  if (!rates_by_lines(scene, q, qdot, t, z, ydot, &found)) return false;
+  std::copy_n(ydot + n, n, solution.qddot.data());
+  solution.smallest_pivot = found.smallest_pivot;
+  solution.rank = 0;
+  Eigen::Index row = 0, state = 0;
+  for_each(scene.effects(), [&](const auto& e) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    bool is_active = true;
+    if constexpr (SwitchingEffect<E, n>) is_active = e.is_active(z[state]);
+    for (int k = 0; k < constraint_rows_of<E, n>(); ++k) solution.lambda[row++] = is_active ? active[solution.rank++] : 0.0;
+    state += states_of<E>();
+  });
+  return true;
 }
 
 // q̈ and λ, of rows that share forces some λ.
@@ -192,15 +198,11 @@ template <class Sc>
 inline auto any_constrained_acceleration(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t, const EffectStates<Sc>& z,
                                          double cutoff) {
   constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
-  if constexpr (has_constrained_equations<Sc> && n <= inlined_uses_limit) {
+  if constexpr (has_rates<Sc> && m >= 1 && m <= n) {
     ConstrainedSolution<n, m> solution;
-    const ConstrainedTo<Sc> use{scene, z, clearly_independent * cutoff * cutoff, solution};
-    if (!with_shortest_mass_and_rhs<n>(scene.system().energies(), q, qdot, t, use, scene.system().kept_lines()))
-      solution = longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
-    return solution;
-  } else {
-    return longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
+    if (cutoff == default_rank_cutoff && constrained_by_lines(scene, q, qdot, t, z, solution)) return solution;
   }
+  return longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
 }
 
 }  // namespace detail
@@ -238,14 +240,15 @@ template <class Sys, class... Effects>
 Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
                               double t, const EffectStates<Scene<Sys, Effects...>>& z) {
   using Sc = Scene<Sys, Effects...>;
+  if constexpr (detail::has_rates<Sc>) {
+    constexpr int n = Sys::dof_at_compile_time;
+    double ydot[2 * n + Sc::states_at_compile_time];
+    if (detail::rates_by_lines(scene, q, qdot, t, z, ydot)) return Eigen::Map<const Coordinates<Sys>>(ydot + n);
+  }
   if constexpr (Sc::has_constraints)
-    if (!detail::is_free(scene, z)) return detail::any_constrained_acceleration<Sc>(scene, q, qdot, t, z, default_rank_cutoff).qddot;
+    if (!detail::is_free(scene, z)) return detail::longer_constrained_acceleration<Sc>(scene, q, qdot, t, z, default_rank_cutoff).qddot;
   if constexpr (Sc::has_lasting_constraints) {
     return Coordinates<Sys>();
-  } else if constexpr (detail::has_forced_equations<Sc>) {
-    Coordinates<Sys> a;
-    if (!detail::forced_acceleration(scene, q, qdot, t, z, a)) a = detail::longer_scene_acceleration(scene, q, qdot, t, z);
-    return a;
   } else if constexpr (Sc::has_forces) {
     return detail::longer_scene_acceleration(scene, q, qdot, t, z);
   } else {

@@ -86,19 +86,6 @@ template <class E, int n, Inertia inertia>
   require_finite_derivatives(result.d_qdot, t, row, [&](Eigen::Index j) { return system.velocity_name(j); });
 }
 
-/// T and V of a system, to be recorded.
-template <class Sys>
-RecordableForm recordable(const Sys& system) {
-  const auto run = [](const void* it, RecordedMotion& m, std::vector<char>*) {
-    run_energies<Sys::dof_at_compile_time>(m, static_cast<const Sys*>(it)->energies());
-  };
-  return {.form = &system,
-          .run = run,
-          .dof = system.dof(),
-          .by = system.kept_lines()->by(),
-          .limits = {.singular = singular_pivot<double>(system.dof()), .dependent = 0.0}};
-}
-
 // The same of systems whose number of coordinates is known at run time: T and V are traced and differentiated here and now, which many
 // coordinates repay at once.
 template <class E, Inertia inertia>

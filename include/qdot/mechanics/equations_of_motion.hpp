@@ -15,6 +15,7 @@
 #include <type_traits>
 
 #include "qdot/mechanics/equations/banded_equations.hpp"
+#include "qdot/mechanics/derive/recordable_system.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
@@ -107,9 +108,8 @@ template <class E, int n, Inertia inertia, class S>
 Vector<S, n> acceleration_of(const System<E, n, inertia>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t) {
   Vector<S, n> a(at.size());
   if constexpr (std::is_same_v<S, double> && inertia == Inertia::positive_definite) {
-    if (with_shortest_mass_and_rhs<n>(system.energies(), at, velocity, t, AccelerationTo<n>{a.data(), singular_pivot<double>(at.size())},
-                                      system.kept_lines()))
-      return a;
+    if constexpr (system_has_rates<System<E, n, inertia>>)
+      if (write_acceleration_by_lines(system, at, velocity, t, a.data())) return a;
   }
   write_longer_acceleration<E, n, inertia, S>(system, at, velocity, t, a);
   return a;

@@ -24,6 +24,7 @@
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/derive/kept_equations.hpp"
 #include "qdot/mechanics/derive/kept_motion.hpp"
+#include "qdot/mechanics/derive/kept_rates.hpp"
 #include "qdot/mechanics/equations/constant_inertia.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -71,7 +72,7 @@ class FirstOrderForm {
   static constexpr int n = Sys::dof_at_compile_time;
   static constexpr bool has_traced_jacobian =
       Sys::inertia == Inertia::positive_definite && n <= 64 && detail::RecordableEnergies<typename Sys::EnergiesType, n>;
-  static constexpr bool has_solved_rates = has_traced_jacobian && detail::may_have_solved_rates<n>;
+  static constexpr bool has_rates = has_traced_jacobian && detail::may_have_rates<n>;
 
  public:
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n;  ///< 2n, or Dynamic
@@ -89,16 +90,9 @@ class FirstOrderForm {
   {
     detail::renew_lines(system_, system_);
     if constexpr (has_traced_jacobian) jacobian_.renew(recordable());
-    if constexpr (has_solved_rates) rates_.renew();
+    if constexpr (has_rates) rates_.renew();
     if constexpr (detail::TracedSystem<Sys>) traced_.renew(recordable());
     inertia_ = detail::ConstantInertia<Sys>(system_);
-  }
-
-  /// Says that a run of this begins, which may be long (mechanics/derive/solved_rates.hpp).
-  void expect_long_run()
-    requires has_solved_rates
-  {
-    rates_.expect_long_run();
   }
 
   /// Whether M is the same everywhere, as seen from the operations of T.
@@ -120,8 +114,8 @@ class FirstOrderForm {
   /// In words, how the last evaluation went.
   std::string way_taken() const {
     std::string way;
-    if constexpr (has_solved_rates)
-      if (rates_.is_kept()) return detail::way_of_lines(formula::native_lines_are_possible(), system_.kept_lines()->by(), false);
+    if constexpr (has_rates)
+      if (rates_.are_kept()) return detail::way_of_lines(rates_.are_native(), system_.kept_lines()->by(), false);
     if constexpr (detail::TracedSystem<Sys>)
       use_traced([&](detail::TracedRates& m) {
         way = detail::way_of_lines(m.are_native(), system_.kept_lines()->by(), m.are_long());
@@ -143,11 +137,9 @@ class FirstOrderForm {
   /// The same for size() numbers one after the other.
   void write_derivative(double t, const double* y, double* ydot) const {
     const Eigen::Index dof = system_.dof();
-    if constexpr (has_solved_rates) {
-      if (system_.kept_lines()->may_be_straight()) {
-        const auto* const lines = rates_.found([&] { return detail::solved_rates<n>(recordable(), t, y, {}); });
-        if (lines && lines->write(t, y, {}, ydot)) return;
-      }
+    if constexpr (has_rates) {
+      const detail::KeptLines& kept = *system_.kept_lines();
+      if (kept.may_be_lines() && !kept.is_aside() && rates_.write(kept, [this] { return recordable(); }, t, y, {}, ydot)) return;
     }
     double* const rates = std::copy_n(y + dof, dof, ydot);
     if constexpr (detail::TracedSystem<Sys>) {
@@ -262,7 +254,7 @@ class FirstOrderForm {
   detail::ConstantInertia<Sys> inertia_;  // factored once in a leg, where M is constant and V no formula
   [[no_unique_address]] std::conditional_t<n == Dynamic, detail::KeptMotion<detail::TracedRates>, std::tuple<>> traced_;
   [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobians, std::tuple<int>> jacobian_;
-  [[no_unique_address]] std::conditional_t<has_solved_rates, detail::KeptRates, std::tuple<long>> rates_;
+  [[no_unique_address]] std::conditional_t<has_rates, detail::RunRates, std::tuple<long>> rates_;
 };
 
 namespace detail {

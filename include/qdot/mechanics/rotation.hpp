@@ -234,7 +234,14 @@ template <Axes axes, class S, class R, class Follow>
   if constexpr (axes == Axes::of_body && is_known_rotation<std::remove_cvref_t<R>>) {
     if (rotation.is_as_made()) return known_angular_velocity<S>(rotation, follow);
   }
-  if constexpr (MovingPositions<S>::known) {
+  if constexpr (is_hash<S>) {
+    const auto& matrix = rotation.eval();
+    const auto* const entries = matrix.data();
+    S all(entries[0]);
+    unroll<8>([&](auto k) __attribute__((always_inline)) { all = S::joined(all, S(entries[k + 1])); });
+    constexpr int first = axes == Axes::of_body ? 1 : 4;
+    return Vector<S, 3>(S::digest(all, first), S::digest(all, first + 1), S::digest(all, first + 2));
+  } else if constexpr (MovingPositions<S>::known) {
     const auto& matrix = rotation.eval();
     const auto* const r = matrix.data();
     constexpr bool columns = axes == Axes::of_body;  // of R times columns of Ṙ, or rows times rows

@@ -8,6 +8,9 @@
 // (ad/formula/recording.hpp): one multiplication for each operation, and no sine, whatever the state is. Operations are inlined always: of functors without
 // loops the compiler carries out all but those with captured numbers.
 //
+// Derivatives are not taken. That of a function follows from its formula, so a hash of that stands for it: the function is run on arguments that are
+// marked, and what it returns is digested.
+//
 // Comparisons are answered by the guards of a branch, in their order, and what is compared goes into a hash of its own. Whatever a recording refuses,
 // or a comparison that the branch does not know, throws NoFormula.
 
@@ -31,15 +34,21 @@ struct NoFormula {};
 /// The answers to comparisons, and what has been compared.
 struct HashedComparisons {
   const std::vector<Guard>* answers = nullptr;
-  std::size_t next = 0;
+  const std::vector<bool>* equalities = nullptr;
+  std::size_t next = 0, next_equality = 0;
   std::uint64_t hash = 0;
+
+  /// Whether all have been given.
+  bool are_given() const {
+    return next == (answers ? answers->size() : 0) && next_equality == (equalities ? equalities->size() : 0);
+  }
 };
 
 /// A number of a formula, known by its hash; of a constant its value.
 class Hashed : public FormulaNumber<Hashed> {
  public:
-  static constexpr bool is_recorded = true;      // goes the ways of a number that is being recorded
-  static constexpr bool is_seen_through = true;  // mechanics/velocity.hpp
+  static constexpr bool is_recorded = true;  // goes the ways of a number that is being recorded
+  static constexpr bool is_hash = true;      // ad/derivatives.hpp
 
   [[gnu::always_inline]] constexpr Hashed() = default;
   template <class Number>
@@ -68,8 +77,11 @@ class Hashed : public FormulaNumber<Hashed> {
   }
 
   friend bool operator==(const Hashed& x, const Hashed& y) {
-    if (!x.is_constant(y)) throw NoFormula();
-    return x.constant() == y.constant();
+    if (x.is_constant(y)) return x.constant() == y.constant();
+    HashedComparisons& c = *(x.comparisons_ ? x.comparisons_ : y.comparisons_);
+    if (c.equalities == nullptr || c.next_equality >= c.equalities->size()) throw NoFormula();
+    c.hash = mixed(11, c.hash, of_two(6, x, y).bits_);
+    return (*c.equalities)[c.next_equality++];
   }
   friend bool operator!=(const Hashed& x, const Hashed& y) { return !(x == y); }
   friend bool operator<(const Hashed& x, const Hashed& y) { return below(x, y, false); }
@@ -93,7 +105,26 @@ class Hashed : public FormulaNumber<Hashed> {
   }
   friend double innermost_value(const Hashed& x) { return x.known(); }
 
-  friend bool seen_to_be_one(const Hashed& x, const Hashed& y) { return x.comparisons_ == y.comparisons_ && x.bits_ == y.bits_; }
+  /// An argument, number i, of a function of which a derivative is asked; with the rate at which it moves.
+  [[gnu::always_inline]] static Hashed argument(const Hashed& x, int i) {
+    if (!x.comparisons_) throw NoFormula();
+    return Hashed(x.comparisons_, mixed(12, x.bits_, static_cast<std::uint64_t>(i)));
+  }
+  [[gnu::always_inline]] static Hashed moving(const Hashed& x, const Hashed& rate) {
+    if (!x.comparisons_ && !rate.comparisons_) throw NoFormula();
+    return of_two(13, x, rate);
+  }
+  /// A derivative of such a function that has returned y, number k from 1 on; with k = 0 its value.
+  [[gnu::always_inline]] static Hashed digest(const Hashed& y, int k) {
+    if (!y.comparisons_) return k == 0 ? y : Hashed(0.0);
+    return Hashed(y.comparisons_, mixed(14, y.bits_, static_cast<std::uint64_t>(k)));
+  }
+  /// Several numbers in one, of which something is digested.
+  [[gnu::always_inline]] static Hashed joined(const Hashed& x, const Hashed& y) { return of_two(15, x, y); }
+  /// The hash of a number and of the comparisons that led to it, never zero.
+  [[gnu::always_inline]] static std::uint64_t with_comparisons(const Hashed& x, const HashedComparisons& comparisons) {
+    return mixed(16, x.bits_, comparisons.hash) | 1;
+  }
 
   friend Hashed abs(const Hashed& x) { return below(x, 0.0, false) ? -x : x; }
   friend Hashed fabs(const Hashed& x) { return abs(x); }

@@ -51,6 +51,7 @@ struct Recording {
   };
   Graph graph;
   std::vector<Assumption> assumptions;
+  std::vector<bool> equalities;  ///< what was answered where functors asked whether two numbers are equal
   std::vector<Turning> turnings;
   std::string source = "T or V";  ///< what is being run, for messages
   Branches* branches = nullptr;   ///< values and guards, where comparisons are answered; lives elsewhere
@@ -126,10 +127,12 @@ class Recorded : public FormulaNumber<Recorded> {
 
   friend bool operator==(const Recorded& x, const Recorded& y) {
     if (!x.recording_ && !y.recording_) return x.constant_ == y.constant_;
+    Recording& recording = x.recording_ ? *x.recording_ : *y.recording_;
     const Recorded d = x - y;
-    if (!d.recording_) return d.constant_ == 0.0;
-    d.recording_->assumptions.push_back({d.node_, 0.0});
-    return false;
+    const bool is_known = !d.recording_ && d.constant_ == 0.0;
+    recording.equalities.push_back(is_known);
+    if (d.recording_) recording.assumptions.push_back({d.node_, 0.0});
+    return is_known;
   }
   friend bool operator!=(const Recorded& x, const Recorded& y) { return !(x == y); }
   friend bool operator<(const Recorded& x, const Recorded& y) { return below(x, y, false, "the comparison ", "<"); }

@@ -25,6 +25,10 @@
 
 namespace qdot::detail {
 
+// A hash of a formula, for which a derivative is a hash of what is differentiated (ad/formula/hashed.hpp).
+template <class S>
+inline constexpr bool is_hash = requires { requires S::is_hash; };
+
 // No expression of Eigen: a number, a vector or matrix that holds its entries, or something of another library.
 template <class Result>
 concept HoldsItsNumbers = !std::is_base_of_v<Eigen::EigenBase<Result>, Result> || std::is_base_of_v<Eigen::PlainObjectBase<Result>, Result>;

@@ -85,7 +85,7 @@ template <int n, ForceSum sum, class Numbers, class... Roles, class Energies, cl
 template <int n>
 [[gnu::cold]] OwnedLines lines_of_recorded(RecordedMotion m, int parameters) {
   auto made = std::make_shared<Derivation<>>();
-  made->derive(std::move(m), nullptr, Assumptions::checked, static_cast<std::size_t>(parameters));
+  made->derive(std::move(m), nullptr, static_cast<std::size_t>(parameters));
   if (!made->lines.exist()) return {};
   if (n > straight_line_limit) made->derive_solutions();
   return made->lines.solution[0].accelerations.empty() ? OwnedLines() : OwnedLines(made, &made->lines);

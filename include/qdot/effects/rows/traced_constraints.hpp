@@ -30,7 +30,7 @@
 
 #include "qdot/ad/formula/in_order.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
-#include "qdot/effects/rows/recorded_effects.hpp"
+#include "qdot/effects/rows/recordable_scene.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/scene.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
@@ -316,22 +316,5 @@ inline constexpr bool is_recordable_scene<Scene<Sys, Effects...>> =
 // Which scenes have Jacobians from a recording in each of their phases, where functors are formulas.
 template <class Sc>
 inline constexpr bool has_traced_jacobian = is_recordable_scene<Sc> && Sc::dof_at_compile_time <= 64;
-
-// Runs all functors of a scene in the phases of the recording, and notes of each row of a constraint whether it restricts positions.
-template <class Sc>
-void run_scene(RecordedMotion& m, const Sc& scene, std::vector<char>* holonomic) {
-  constexpr int n = Sc::dof_at_compile_time;
-  run_energies<n>(m, scene.system().energies());
-  if constexpr (Sc::has_forces) run_forces(m, scene);
-  const double* phase = m.phases.data();
-  for_each(scene.effects(), [&](const auto& e) {
-    using E = std::remove_cvref_t<decltype(e)>;
-    if constexpr (SwitchingEffect<E, n>)
-      if (!e.is_active(*phase++)) return;
-    const std::size_t first = m.returned.size();
-    run_rows<n>(m, e);
-    if (holonomic) holonomic->resize(holonomic->size() + m.returned.size() - first, HolonomicEffect<E, n>);
-  });
-}
 
 }  // namespace qdot::detail

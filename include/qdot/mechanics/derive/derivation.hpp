@@ -9,22 +9,18 @@
 // Functors that compare numbers are derived for one branch at a time. The recording knows the state and notes the guards on which its branch depends
 // (ad/formula/branches.hpp); their sides are lines, and the same answers to comparisons lead the hash through the same branch.
 
-#include <array>
 #include <atomic>
 #include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <vector>
 
-#include "qdot/ad/formula/hashed.hpp"
 #include "qdot/mechanics/derive/derived_equations.hpp"
+#include "qdot/mechanics/derive/fingerprint.hpp"
 #include "qdot/mechanics/derive/lines.hpp"
 
 namespace qdot::detail {
 
-enum class Assumptions { refused, checked };  // that a number is never another, where functors ask whether they are equal
 template <class Coefficient>
 class DerivedLineWriter;  // mechanics/derive/derived_line_writer.hpp has it
 
@@ -46,36 +42,11 @@ struct Derivation {
   void begin(int size, const AtState* at = nullptr);
   /// Derives what run_energies() has recorded since.
   void derive_recorded();
-  void derive(RecordedMotion motion, const formula::Branches* branches = nullptr, Assumptions assumptions = Assumptions::refused,
-              std::size_t parameters = 0);
+  void derive(RecordedMotion motion, const formula::Branches* branches = nullptr, std::size_t parameters = 0);
   void derive_slopes();
   void derive_solutions();
   void write_sides();
 };
-
-/// Hashes of T, of V and of what they compare; nothing where they are no formulas on a branch.
-using Fingerprint = std::optional<std::array<std::uint64_t, 3>>;
-
-// The fingerprint of energies, on the branch with these answers. Of functors without loops the compiler finds most of it out by itself.
-template <int n, class E>
-[[gnu::noinline, gnu::flatten]] Fingerprint fingerprint(const E& e, int size, const std::vector<formula::Guard>* answers = nullptr) {
-  using S = formula::Hashed;
-  formula::HashedComparisons comparisons{answers};
-  Vector<S, n> q(size), qdot(size);
-  const auto number = [&](int i) __attribute__((always_inline)) {
-    q.data()[i] = S(comparisons, i);
-    qdot.data()[i] = S(comparisons, size + i);
-  };
-  if constexpr (n == Dynamic) for (int i = 0; i < size; ++i) number(i);
-  else unroll<n>(number);
-  const S t(comparisons, 2 * size);
-  try {
-    const S T = kinetic<n>(e, q, qdot, t), V = potential<n>(e, q, t);
-    if (!answers || comparisons.next == answers->size()) return std::array{T.bits(), V.bits(), comparisons.hash};
-  } catch (...) {  // what functors throw they throw again, where they are asked for values
-  }
-  return std::nullopt;
-}
 
 // The number of coordinates at a state.
 template <int n>
@@ -88,12 +59,12 @@ struct RecordableFunctors {
   const void* energies;
   int size;
   void (*run)(const void*, RecordedMotion&);
-  Fingerprint (*print)(const void*, int, const std::vector<formula::Guard>*);
+  Fingerprint (*print)(const void*, int, const Answers*);
 
   template <int n, class E>
   static RecordableFunctors of(const E& e, int size) {
     return {&e, size, [](const void* it, RecordedMotion& m) { run_energies<n>(m, *static_cast<const E*>(it)); },
-            [](const void* it, int count, const std::vector<formula::Guard>* answers) { return fingerprint<n>(*static_cast<const E*>(it), count, answers); }};
+            [](const void* it, int count, const Answers* answers) { return fingerprint<n>(*static_cast<const E*>(it), count, answers); }};
   }
 };
 
@@ -107,7 +78,9 @@ class BasicKeptDerivation {
   /// Of functors without comparisons, or of their branch at a state.
   void derive(const RecordableFunctors& functors, const AtState* at = nullptr);
 
-  const Fingerprint& print() const { return print_; }
+  Fingerprint print() const { return print_; }
+  /// Whether the functors compare numbers, so that there is no fingerprint without answers.
+  bool is_asked() const { return !answers_.empty(); }
   /// The lines; null where T and V are no formulas, or too long.
   const DerivedLines* lines() const { return derivation_.lines.exist() ? &derivation_.lines : nullptr; }
   /// The lines with slopes; null where these are too long.
@@ -132,10 +105,10 @@ class BasicKeptDerivation {
   bool is_beside_guards(const AtState& at) const;
   template <std::size_t room>
   bool holds_with(const AtState& at) const;
-  const std::vector<formula::Guard>* answers() const { return derivation_.branch ? &derivation_.branch->met : nullptr; }
 
   int size_ = 0;
-  Fingerprint print_{};
+  Answers answers_{};
+  Fingerprint print_ = 0;
   std::mutex mutex_{};
   std::atomic<bool> is_asked_for_slopes_{false}, is_asked_for_lanes_{false};
   Derivation<Number> derivation_;

@@ -142,8 +142,7 @@ template <class Number>
 }
 
 template <class Number>
-[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches, Assumptions assumptions, std::size_t parameters) {
-  if (assumptions == Assumptions::refused && !motion.recording.assumptions.empty()) return;
+[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches, std::size_t parameters) {
   recorded = std::move(motion);
   GraphEquations e = equations_by_graph(recorded.recording.graph, static_cast<int>(recorded.q.size()), recorded.returned[0], recorded.returned[1],
                                         recorded.recording.turnings);
@@ -195,7 +194,8 @@ template <class Number>
     derivation_.begin(size_, at);
     functors.run(functors.energies, derivation_.recorded);
     derivation_.derive_recorded();
-    if (at == nullptr || lines()) print_ = functors.print(functors.energies, size_, answers());
+    answers_ = {derivation_.branch ? derivation_.branch->met : std::vector<formula::Guard>(), derivation_.recorded.recording.equalities};
+    if (at == nullptr || lines()) print_ = functors.print(functors.energies, size_, &answers_);
   } catch (...) {  // what functors throw they throw again, where they are asked for values
   }
 }
@@ -216,7 +216,7 @@ template <class Number>
 
 template <class Number>
 bool BasicKeptDerivation<Number>::is_of(const RecordableFunctors& functors) const {
-  return print_ && functors.print(functors.energies, size_, answers()) == print_;
+  return print_ != 0 && functors.print(functors.energies, size_, &answers_) == print_;
 }
 
 template <class Number>

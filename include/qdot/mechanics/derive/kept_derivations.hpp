@@ -76,7 +76,7 @@ template <class Number>
   }
   auto made = std::make_shared<KeptDerivation>(by_);
   made->derive(functors);
-  if (!made->lines() || !made->print()) {
+  if (!made->lines() || !made->print() || made->is_asked()) {
     has_branches_.store(true, std::memory_order_relaxed);
     return nullptr;
   }

@@ -1,10 +1,10 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What a form keeps of equations that were derived from its recorded functors: lines of ẏ for a long run, and Jacobians.
+// What a form keeps of equations that were derived from its recorded functors: lines for a long run, and Jacobians.
 //
 // Both are made when they are first asked for, and again where a leg begins and the functors are others by then. A form whose Jacobian is not asked for
-// is not traced for it, nor is that compiled. mechanics/derive/solved_rates.hpp and mechanics/derive/traced_jacobian.hpp have what is kept.
+// is not traced for it, nor is that compiled. mechanics/derive/traced_jacobian.hpp has what is kept.
 
 #include <Eigen/Core>
 #include <atomic>
@@ -18,20 +18,6 @@
 #include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::detail {
-
-/// How many coordinates may have lines of ẏ in a run.
-template <int n>
-inline constexpr bool may_have_solved_rates = n >= 1 && n <= straight_line_limit;
-
-/// ẏ by lines. Several threads may ask it at once.
-struct AnyRates {
-  virtual ~AnyRates() = default;
-  /// ydot ← [q̇; q̈; ż] at y = [q; q̇; z]; false where another way must see to it, as in other phases.
-  virtual bool write(double t, const double* y, std::span<const double> phases, double* ydot) const = 0;
-};
-/// Lines of n coordinates in some phases; of functors that compare numbers, on the branch of a state. Null where there are none, or other ways are sooner.
-template <int n>
-std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, double t, const double* y, std::span<const double> phases);
 
 /// Lines that a form keeps for its run, made once it has been asked for them some times. Several threads may ask at once; copies begin anew.
 ///
@@ -98,9 +84,6 @@ class KeptOfLongRun {
   bool is_expected_ = false;
 };
 
-/// Lines of ẏ: to derive and to translate them takes some tens of microseconds.
-using KeptRates = KeptOfLongRun<AnyRates, 3000>;
-
 /// The size that loops are unrolled for, of n coordinates.
 template <int n>
 inline constexpr int unrolled_size = n >= 1 && n <= 4 ? n : Eigen::Dynamic;
@@ -163,14 +146,6 @@ class KeptJacobians {
 
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
-extern template std::unique_ptr<AnyRates> solved_rates<1>(const RecordableForm&, double, const double*, std::span<const double>);
-extern template std::unique_ptr<AnyRates> solved_rates<2>(const RecordableForm&, double, const double*, std::span<const double>);
-extern template std::unique_ptr<AnyRates> solved_rates<3>(const RecordableForm&, double, const double*, std::span<const double>);
-extern template std::unique_ptr<AnyRates> solved_rates<4>(const RecordableForm&, double, const double*, std::span<const double>);
-extern template std::unique_ptr<AnyRates> solved_rates<5>(const RecordableForm&, double, const double*, std::span<const double>);
-extern template std::unique_ptr<AnyRates> solved_rates<6>(const RecordableForm&, double, const double*, std::span<const double>);
-extern template std::unique_ptr<AnyRates> solved_rates<7>(const RecordableForm&, double, const double*, std::span<const double>);
-extern template std::unique_ptr<AnyRates> solved_rates<8>(const RecordableForm&, double, const double*, std::span<const double>);
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<1>();
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<2>();
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<3>();
@@ -178,6 +153,5 @@ extern template std::unique_ptr<AnyJacobians> traced_jacobians<4>();
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<Eigen::Dynamic>();
 }  // namespace qdot::detail
 #else
-#include "qdot/mechanics/derive/solved_rates.hpp"
 #include "qdot/mechanics/derive/traced_jacobian.hpp"
 #endif

@@ -88,9 +88,9 @@ class BasicDerivations {
   BasicBranchDerivations<Number>& branches() { return branches_; }
 
  private:
-  KeptDerivation* made_with(const Fingerprint& print) const {
+  KeptDerivation* made_with(Fingerprint print) const {
     const std::size_t count = count_.load(std::memory_order_acquire);
-    for (std::size_t i = 0; i < count && print; ++i)
+    for (std::size_t i = 0; i < count && print != 0; ++i)
       if (all_[i]->print() == print) return all_[i].get();
     return nullptr;
   }
@@ -99,7 +99,7 @@ class BasicDerivations {
   By by_;
   std::array<Held, most> all_;
   Held further_;
-  Fingerprint missed_;
+  Fingerprint missed_ = 0;
   std::atomic<std::size_t> count_{0};
   std::atomic<bool> has_branches_{false};
   std::mutex adding_;

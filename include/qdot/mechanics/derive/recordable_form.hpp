@@ -7,6 +7,7 @@
 // once how its functors are run, and the rest is compiled once.
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <vector>
 
 #include "qdot/mechanics/by.hpp"
@@ -14,6 +15,10 @@
 namespace qdot::detail {
 
 struct RecordedMotion;  // mechanics/derive/recorded_energies.hpp
+struct Answers;         // mechanics/derive/fingerprint.hpp
+
+/// A hash of T, of V, of what effects do, and of what is compared; zero where functors are no formulas, or answer more or fewer questions.
+using Fingerprint = std::uint64_t;
 
 /// Sizes of pivots that are none: of M, and of the rows of constraints. Where M may be singular, constraints are to lend it inertia.
 struct LimitsOfPivots {
@@ -21,11 +26,15 @@ struct LimitsOfPivots {
   bool may_be_singular = false;
 };
 
+/// Runs all functors of a form in the phases of a recording; notes of each row of a constraint whether it restricts positions, if `holonomic` is not null.
+using RunsFunctors = void (*)(const void* form, RecordedMotion& motion, std::vector<char>* holonomic);
+
 /// The functors of a form that outlives this.
 struct RecordableForm {
   const void* form;
-  /// Runs all functors in the phases of a recording; notes of each row of a constraint whether it restricts positions, if `holonomic` is not null.
-  void (*run)(const void* form, RecordedMotion& motion, std::vector<char>* holonomic);
+  RunsFunctors run;
+  /// The fingerprint of the functors in some phases.
+  Fingerprint (*print)(const void* form, const double* phases, const Answers* answers);
   Eigen::Index dof, states = 0;
   bool has_forces = false;
   By by = By::fastest;

@@ -188,6 +188,7 @@ class Elimination {
 struct ConstrainedAcceleration {
   std::vector<int> x;  ///< empty where M or J M⁻¹ Jᵀ has a zero on its diagonal
   std::vector<std::pair<int, int>> pivots, row_pivots;  ///< of M and of J M⁻¹ Jᵀ
+  std::vector<int> lambda{};                            ///< where it is asked for
 };
 
 /// q̈ on one row J, where a = M⁻¹ b, w = M⁻¹ Jᵀ and S = J w:
@@ -222,7 +223,7 @@ template <class Numbers>
 /// @param J  row by row
 template <class Numbers>
 [[gnu::cold]] ConstrainedAcceleration constrained_acceleration(Numbers& numbers, const std::vector<int>& mass, const std::vector<int>& b,
-                                                               const std::vector<int>& J, std::vector<int> gamma) {
+                                                               const std::vector<int>& J, std::vector<int> gamma, bool with_multipliers = false) {
   constexpr int none = -1;
   const std::size_t n = b.size(), m = gamma.size();
   Elimination of_mass(numbers, mass, n);
@@ -243,24 +244,59 @@ template <class Numbers>
     }
   }
   if (m == 0) return found;
-  if (m == 1) {
-    if (schur[0] == none) return {};
-    found.x = on_one_row(numbers, found.x, J, ways, schur[0], gamma[0]);
-    found.row_pivots = {{schur[0], schur[0]}};
-    return found;
-  }
-  for (std::size_t k = 0; k < m; ++k)
+  const auto subtract_row = [&](std::size_t k) {  // γ_k − J_k M⁻¹ b
     for (std::size_t i = 0; i < n; ++i) {
       const int j = J[k * n + i], a = found.x[i];
       if (j != none && a != none) gamma[k] = gamma[k] == none ? numbers.negative_product(j, a) : numbers.less_product(gamma[k], j, a);
     }
+  };
+  if (m == 1) {
+    if (schur[0] == none) return {};
+    if (with_multipliers) {
+      const int given = gamma[0];
+      subtract_row(0);
+      found.lambda = {gamma[0] == none ? none : numbers.quotient(gamma[0], schur[0])};
+      gamma[0] = given;
+    }
+    found.x = on_one_row(numbers, found.x, J, ways, schur[0], gamma[0]);
+    found.row_pivots = {{schur[0], schur[0]}};
+    return found;
+  }
+  for (std::size_t k = 0; k < m; ++k) subtract_row(k);
   Elimination of_rows(numbers, schur, m);
   if (!of_rows.exists()) return {};
   const std::vector<int> lambda = of_rows.solution(std::move(gamma));
   for (std::size_t k = 0; k < m; ++k)
     for (std::size_t i = 0; i < n; ++i) add(found.x[i], ways[k * n + i], lambda[k]);
   found.row_pivots = std::move(of_rows.pivots);
+  if (with_multipliers) found.lambda = lambda;
   return found;
+}
+
+/// λ with M q̈ − Jᵀλ = b, where q̈ is known: J Jᵀ λ = −J (b − M q̈). Nothing where J Jᵀ has a zero on its diagonal.
+template <class Numbers>
+[[gnu::cold]] std::vector<int> multipliers_at(Numbers& numbers, const std::vector<int>& mass, const std::vector<int>& b, const std::vector<int>& J,
+                                              const std::vector<int>& qddot) {
+  constexpr int none = -1;
+  const std::size_t n = b.size(), m = J.size() / n;
+  std::vector<int> rest = b, rows(m, none), squares;
+  const auto subtract = [&](int& from, int x, int y) {
+    if (x != none && y != none) from = from == none ? numbers.negative_product(x, y) : numbers.less_product(from, x, y);
+  };
+  const auto add = [&](int& to, int x, int y) {
+    if (x != none && y != none) to = to == none ? numbers.product(x, y) : numbers.plus_product(to, x, y);
+  };
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t j = 0; j < n; ++j) subtract(rest[i], mass[i < j ? j * (j + 1) / 2 + i : i * (i + 1) / 2 + j], qddot[j]);
+  for (std::size_t k = 0; k < m; ++k) {
+    for (std::size_t i = 0; i < n; ++i) subtract(rows[k], J[k * n + i], rest[i]);
+    for (std::size_t l = 0; l <= k; ++l) {
+      squares.push_back(none);
+      for (std::size_t i = 0; i < n; ++i) add(squares.back(), J[k * n + i], J[l * n + i]);
+    }
+  }
+  Elimination elimination(numbers, squares, m);
+  return elimination.exists() ? elimination.solution(std::move(rows)) : std::vector<int>();
 }
 
 }  // namespace qdot::detail

@@ -1,87 +1,79 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// q̈ of a run, and rates of effects' states, by one table of lines with the elimination in it.
+// q̈, λ and rates of effects' states by one table of lines with the elimination in it.
 //
 //     lines of M and r,  M = L D Lᵀ,  q̈ = M⁻¹ r                                 pivots are results that are looked at afterwards
 //     and of J and γ,    J M⁻¹ Jᵀ λ = γ − J M⁻¹ r,  q̈ = M⁻¹ r + M⁻¹ Jᵀ λ        where there are constraints
 //
-// A run evaluates the same equations ten thousand times. After some thousand evaluations it derives these lines (mechanics/derive/traced_equations.hpp)
-// and has machine code of them at once (ad/native/native_lines.hpp): sines and cosines of all angles come in one call, in lanes, what is zero or constant
-// is left out, and nothing is handed from one function to the next. An evaluation has its numbers on the stack, so threads do not wait for each other.
+// Sines and cosines of all angles come in one call, in lanes, what is zero or constant is left out, and nothing is handed from one function to the next. After
+// some hundred evaluations there is machine code (ad/native/native_lines.hpp), with the same bits. An evaluation has its numbers on the stack, so threads do
+// not wait for each other.
 //
-// It is not the way for T and V of few operations without constraints: there what the compiler makes of them is as short, and is called directly. Functors
-// that are no formulas go their other ways as well (mechanics/mass_and_rhs.hpp). Lines are those of one combination of phases, and of functors that compare
-// numbers those of one branch: its guards are results, too, and where one has another sign the lines of the branch there are taken, or made.
+// The guards of a branch are results, too: where one has another sign, other lines are looked for, or made.
 //
 // Programs that link qdot::compiled do not read this header: the library has it.
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "qdot/mechanics/derive/dense_factors.hpp"
-#include "qdot/mechanics/derive/kept_equations.hpp"
-#include "qdot/mechanics/derive/met_branches.hpp"
+#include "qdot/mechanics/derive/fingerprint.hpp"
+#include "qdot/mechanics/derive/kept_rates.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
-#include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::detail {
-
-/// Whether lines are sooner than what the compiler makes of T and V of n coordinates, as seen from what these write down: sines of several angles, or many
-/// operations.
-[[gnu::cold]] inline bool lines_pay(const formula::Graph& graph, std::size_t n) {
-  constexpr std::size_t angles = 2;
-  const std::size_t operations = n < 3 ? 30 : 20;
-  std::vector<int> seen;  // whose sine or cosine is asked
-  for (const auto& node : graph.nodes()) {
-    if (node.kind != formula::Kind::function || (node.function != formula::Function::sin && node.function != formula::Function::cos)) continue;
-    if (std::ranges::find(seen, node.a) == seen.end()) seen.push_back(node.a);
-  }
-  return seen.size() >= angles || graph.nodes().size() >= operations;
-}
-
-/// Whether what the compiler makes of constraints is sooner: of one coordinate, and of one row on a material point in a plane
-/// (effects/equations/one_constraint.hpp).
-[[gnu::cold]] inline bool rows_are_simple(const TracedEquations<double>& e) {
-  if (e.n() == 1) return true;
-  if (e.n() != 2 || e.rows() != 1 || !e.mass_is_diagonal) return false;
-  const auto first = e.mass.row(0), second = e.mass.row(1);
-  return !first.empty() && !second.empty() && first[0].what == second[0].what;
-}
 
 // An evaluation has at most so many numbers, on the stack.
 inline constexpr std::size_t most_solved_numbers = 2000;
 
-enum class Written { yes, not_good, on_another_branch };
-
-/// q̈ and ż of T, V and effects of n coordinates by lines.
-template <int n>
-class SolvedRates final : public AnyRates {
+/// q̈, ż and λ of T, V and effects by lines.
+template <class Number>
+class BasicSolvedRates final : public AnyRates {
  public:
-  [[gnu::cold]] SolvedRates(TracedEquations<double> equations, const LimitsOfPivots& limits)
-      : lines_(std::move(equations)), limits_(limits) {
-    TracedEquations<double>& e = lines_.equations();
-    e.begins = {1, e.begins.in_lanes};
+  /// Of what was recorded.
+  [[gnu::cold]] BasicSolvedRates(TracedEquations<Number> equations, const RecordableForm& form, bool with_multipliers)
+      : lines_(std::move(equations)), limits_(form.limits) {
+    TracedEquations<Number>& e = lines_.equations();
+    phases_ = e.motion.phases;
+    write_ = writer_of<1>(e.n());
     if (e.zdot.empty()) e.zdot.resize(e.states(), e.graph().constant(0.0));  // phases alone have none
-    solved_ = lines_.solved_rates(limits, most_solved_numbers);
-    if (!solved_.lines) return;
-    zdot_ = lines_.numbers(e.zdot);
-    is_known_ = true;
+    solved_ = lines_.solved_rates(limits_, most_solved_numbers, with_multipliers);
+    if (solved_.lines) zdot_ = lines_.numbers(e.zdot);
   }
 
   /// Whether there are lines.
-  bool is_known() const { return is_known_; }
+  bool exist() const { return solved_.lines != nullptr; }
+  bool are_native() const { return solved_.lines->is_native(); }
 
-  bool write(double t, const double* y, std::span<const double> phases, double* ydot) const override { return written(t, y, phases, ydot) == Written::yes; }
-  [[gnu::always_inline]] Written written(double t, const double* y, std::span<const double> phases, double* ydot) const {
-    if (!std::ranges::equal(phases, lines_.equations().motion.phases)) return Written::not_good;
+  /// Notes of which functors these are.
+  [[gnu::cold]] void note(const RecordableForm& form, Answers answers) {
+    all_answers_ = std::move(answers);
+    answers_ = all_answers_.empty() ? nullptr : &all_answers_;
+    print_ = form.print(form.form, phases_.data(), answers_);
+  }
+
+ private:
+  template <int n>
+  [[gnu::cold]] static WritesRates writer_of(std::size_t count) {
+    if constexpr (n < most_with_rates)
+      if (count != n) return writer_of<n + 1>(count);
+    return [](const AnyRates& rates, double t, const double* y, double* ydot, FoundMultipliers* multipliers) {
+      return static_cast<const BasicSolvedRates&>(rates).template written<n>(t, y, ydot, multipliers);
+    };
+  }
+  template <int n>
+  [[gnu::always_inline]] Written written(double t, const double* y, double* ydot, FoundMultipliers* multipliers) const {
     double x[most_solved_numbers];
-    Register<double, 2> two[n];  // steppers write y in pairs, and read ydot so: a load of a pair waits for two that were written apart
+    Register<double, 2> two[n];
     unroll<n>([&](auto k) __attribute__((always_inline)) {
       __builtin_memcpy(&two[k], y + 2 * k, sizeof two[k]);
       __builtin_memcpy(x + 2 * k, &two[k], sizeof two[k]);
@@ -97,112 +89,226 @@ class SolvedRates final : public AnyRates {
     });
     write_in_pairs<2 * n>(ydot, rates);
     for (std::size_t k = 0; k < zdot_.size(); ++k) sum += ydot[2 * n + k] = x[zdot_[k]];
+    if (multipliers) sum += write_multipliers(x, *multipliers);
     if (good & is_finite(sum)) return Written::yes;
-    return solved_.is_on_branch(x) ? Written::not_good : Written::on_another_branch;
+    return solved_.is_on_branch(x) ? Written::not_good : Written::elsewhere;
   }
-
- private:
-  TracedLines<> lines_;
-  TracedLines<>::Solved solved_;
+  double write_multipliers(const double* x, FoundMultipliers& to) const {
+    double sum = 0.0;
+    for (std::size_t k = 0; k < solved_.columns.size(); ++k) sum += to.lambda[k] = solved_.columns[k] < 0 ? 0.0 : x[solved_.columns[k]];
+    to.smallest_pivot = 1.0;
+    for (const auto& [pivot, whole] : solved_.row_pivots) to.smallest_pivot = std::min(to.smallest_pivot, x[pivot] / x[whole]);
+    return sum;
+  }
+  TracedLines<Number> lines_;
+  typename TracedLines<Number>::Solved solved_;
   std::vector<int> zdot_;  // numbers
   LimitsOfPivots limits_;
-  bool is_known_ = false;
+  Answers all_answers_;
 };
 
-/// Those of what was recorded.
-///
-/// @param must_pay  whether they must be sooner than what the compiler makes
-template <int n>
-[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of(TracedEquations<double> equations, const RecordableForm& form, const std::vector<char>& holonomic,
-                                                       bool must_pay) {
-  const bool pays = !must_pay || lines_pay(equations.graph(), equations.n());
-  if (!(pays || !holonomic.empty()) || holonomic.size() > n || equations.graph().nodes().size() > most_solved_numbers) return nullptr;
+// Lines of what was recorded; null where there are none.
+[[gnu::cold]] inline std::shared_ptr<SolvedRates> rates_of_recording(TracedEquations<double> equations, const RecordableForm& form,
+                                                                     const std::vector<char>& holonomic, Answers answers, bool with_multipliers) {
+  if (holonomic.size() > equations.n() || equations.graph().nodes().size() > most_solved_numbers) return nullptr;
   equations.finds_free_turns = true;
   equations.derive(form.has_forces, holonomic);
-  if (!pays && rows_are_simple(equations)) return nullptr;
-  auto rates = std::make_unique<SolvedRates<n>>(std::move(equations), form.limits);
-  return rates->is_known() ? std::move(rates) : nullptr;
+  auto rates = std::make_shared<SolvedRates>(std::move(equations), form, with_multipliers);
+  if (!rates->exist()) return nullptr;
+  rates->note(form, std::move(answers));
+  return rates;
 }
 
-/// The same on the branch of a state.
-template <int n>
-[[gnu::cold]] std::unique_ptr<SolvedRates<n>> rates_of_branch(const RecordableForm& form, double t, const double* y, std::span<const double> phases,
-                                                              bool must_pay) {
+// Those on the branch of a state.
+[[gnu::cold]] inline std::shared_ptr<SolvedRates> rates_of_branch(const RecordableForm& form, double t, const double* y, std::span<const double> phases,
+                                                                  bool with_multipliers) {
   formula::Branches branches;
-  branches.variables.assign(y, y + 2 * n);
+  branches.variables.assign(y, y + 2 * form.dof);
   branches.variables.push_back(t);
-  branches.variables.insert(branches.variables.end(), y + 2 * n, y + 2 * n + form.states);
+  branches.variables.insert(branches.variables.end(), y + 2 * form.dof, y + 2 * form.dof + form.states);
   std::vector<char> holonomic;
   TracedEquations<double> equations = recorded_form(form, phases, holonomic, &branches);
   if (branches.read_values || !branches.undecided.empty()) return nullptr;
-  for (formula::Guard& guard : branches.met)
+  for (const formula::Guard& guard : branches.met)
     if (std::ranges::none_of(equations.guards, [&](const formula::Guard& g) { return g.node == guard.node && g.is_side_of(guard); }))
-      equations.guards.push_back(std::move(guard));
-  return rates_of<n>(std::move(equations), form, holonomic, must_pay);
+      equations.guards.push_back(guard);
+  Answers answers{std::move(branches.met), equations.motion.recording.equalities};
+  return rates_of_recording(std::move(equations), form, holonomic, std::move(answers), with_multipliers);
 }
 
-/// Rates on the branches that a run meets.
-template <int n>
-class RatesOfBranches final : public AnyRates {
-  using Rates = SolvedRates<n>;
-
- public:
-  RatesOfBranches(const RecordableForm& form, std::unique_ptr<Rates> first) : form_(form) {
-    met_.added([](const Rates&) { return true; }, [&] { return std::shared_ptr<Rates>(std::move(first)); });
-  }
-
-  bool write(double t, const double* y, std::span<const double> phases, double* ydot) const override {
-    Written written = Written::on_another_branch;
-    const auto holds = [&](const Rates& rates) { return (written = rates.written(t, y, phases, ydot)) != Written::on_another_branch; };
-    if (holds(*met_.latest())) {
-      if (misses_.load(std::memory_order_relaxed) != 0) misses_.store(0, std::memory_order_relaxed);
-    } else {
-      find(t, y, phases, holds);
-    }
-    return written == Written::yes;
-  }
-
- private:
-  static constexpr int most_misses = 64;  // one after the other; then only the latest branch is tried until it holds again
-
-  // Asks the other branches, and makes one more.
-  template <class Holds>
-  [[gnu::cold, gnu::noinline]] void find(double t, const double* y, std::span<const double> phases, const Holds& holds) const {
-    if (misses_.load(std::memory_order_relaxed) >= most_misses || !all_finite(y, 2 * n + form_.states)) return;
-    const auto make = [&]() -> std::shared_ptr<Rates> {
-      try {
-        return rates_of_branch<n>(form_, t, y, phases, false);
-      } catch (...) {  // what functors throw they throw again, where they are asked for values
-        return nullptr;
-      }
-    };
-    const bool is_found = met_.found(holds) || (!met_.is_full() && met_.added(holds, make));
-    if (is_found) misses_.store(0, std::memory_order_relaxed);
-    else misses_.fetch_add(1, std::memory_order_relaxed);
-  }
-
-  RecordableForm form_;
-  mutable MetBranches<Rates, 16> met_;
-  mutable std::atomic<int> misses_{0};
-};
-
-template <int n>
-[[gnu::cold]] std::unique_ptr<AnyRates> solved_rates(const RecordableForm& form, double t, const double* y, std::span<const double> phases) {
-  if (!formula::native_lines_are_possible()) return nullptr;
+/// Lines of a form in some phases, on the branch of a state where functors compare numbers; null where there are none.
+[[gnu::cold]] inline std::shared_ptr<SolvedRates> solved_rates(const RecordableForm& form, double t, const double* y, std::span<const double> phases,
+                                                               bool with_multipliers = false) {
   try {
     std::vector<char> holonomic;
     TracedEquations<double> equations = recorded_form(form, phases, holonomic);
-    return rates_of<n>(std::move(equations), form, holonomic, true);
+    Answers answers{{}, equations.motion.recording.equalities};
+    return rates_of_recording(std::move(equations), form, holonomic, std::move(answers), with_multipliers);
   } catch (const NotAnalytic&) {  // numbers are compared
-  } catch (...) {  // what functors throw they throw again, where they are asked for values
+  } catch (...) {                 // what functors throw they throw again, where they are asked for values
     return nullptr;
   }
   try {
-    auto first = rates_of_branch<n>(form, t, y, phases, true);
-    if (first) return std::make_unique<RatesOfBranches<n>>(form, std::move(first));
+    return rates_of_branch(form, t, y, phases, with_multipliers);
   } catch (...) {
+    return nullptr;
   }
-  return nullptr;
+}
+
+template <class Number>
+BasicSharedRates<Number>::~BasicSharedRates() {
+  for (OfForm* it = first_.load(); it != nullptr;) delete std::exchange(it, it->next);
+}
+
+template <class Number>
+auto BasicSharedRates<Number>::of(const RecordableForm& form, bool with_multipliers) -> OfForm& {
+  const auto found = [&]() -> OfForm* {
+    for (OfForm* it = first_.load(std::memory_order_acquire); it != nullptr; it = it->next)
+      if (it->run == form.run && it->with_multipliers == with_multipliers) return it;
+    return nullptr;
+  };
+  if (OfForm* const it = found()) return *it;
+  const std::lock_guard lock(adding_);
+  if (OfForm* const it = found()) return *it;
+  auto* const made = new OfForm{.run = form.run, .with_multipliers = with_multipliers, .next = first_.load(std::memory_order_relaxed)};
+  first_.store(made, std::memory_order_release);
+  return *made;
+}
+
+// One evaluation: which lines are of the functors as they are now and of some phases, and hold at a state.
+template <class Number>
+class BasicSharedRates<Number>::Search {
+ public:
+  Search(OfForm& of, const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot, FoundMultipliers* multipliers)
+      : of_(of), form_(form), t_(t), y_(y), phases_(phases), ydot_(ydot), multipliers_(multipliers) {}
+
+  bool operator()(const SolvedRates& rates) {
+    if (!rates.are_in(phases_) || !rates.are_of(rates.answers() ? form_.print(form_.form, phases_.data(), rates.answers()) : unasked())) return false;
+    written_ = rates.write(t_, y_, ydot_, multipliers_);
+    return written_ != SolvedRates::Written::elsewhere;
+  }
+  bool has_written() const { return written_ == SolvedRates::Written::yes; }
+
+  /// Lines that hold, made if there are none and they are worth it.
+  [[gnu::cold, gnu::noinline]] std::shared_ptr<SolvedRates> found_or_made() {
+    const auto holds = [&](const SolvedRates& rates) { return (*this)(rates); };
+    if (const auto* const there = of_.met.found(holds)) return *there;
+    if (!all_finite(y_, 2 * form_.dof + form_.states)) return nullptr;
+    if (of_.met.count() + 1 == most) return replaced(holds);
+    if (of_.met.is_full() || !are_worth_it()) return nullptr;
+    const auto* const made = of_.met.added(holds, [&] { return solved_rates(form_, t_, y_, phases_, multipliers_ != nullptr); });
+    return made ? *made : nullptr;
+  }
+
+ private:
+  // The fingerprint of functors that compare nothing.
+  Fingerprint unasked() {
+    if (!is_hashed_) unasked_ = form_.print(form_.form, phases_.data(), nullptr);
+    is_hashed_ = true;
+    return unasked_;
+  }
+  std::uint64_t key() {
+    std::uint64_t sum = 1;
+    const auto add = [&](std::uint64_t bits) { sum = (sum ^ bits) * 0x9E3779B97F4A7C15U; };
+    for (const double phase : phases_) add(std::bit_cast<std::uint64_t>(phase));
+    add(unasked());
+    return sum;
+  }
+  // Phases that are tried once, and numbers that are others at each call, are not: they must be met twice in a row.
+  bool are_worth_it() {
+    constexpr std::size_t few = 16;
+    const bool is_known_phase = of_.met.count() == 0 || !of_.met.all_of([&](const SolvedRates& rates) { return !rates.are_in(phases_); });
+    return (is_known_phase && of_.met.count() < few) || of_.missed.exchange(key()) == key();
+  }
+  template <class Holds>
+  std::shared_ptr<SolvedRates> replaced(const Holds& holds) {
+    const std::lock_guard lock(of_.replacing);
+    if (of_.further && holds(*of_.further)) return of_.further;
+    if (!are_worth_it()) return nullptr;
+    auto made = solved_rates(form_, t_, y_, phases_, multipliers_ != nullptr);
+    if (!made || !holds(*made)) return nullptr;
+    return of_.further = std::move(made);
+  }
+
+  OfForm& of_;
+  const RecordableForm& form_;
+  double t_;
+  const double* y_;
+  std::span<const double> phases_;
+  double* ydot_;
+  FoundMultipliers* multipliers_;
+  Fingerprint unasked_ = 0;
+  bool is_hashed_ = false;
+  SolvedRates::Written written_ = SolvedRates::Written::elsewhere;
+};
+
+template <class Number>
+bool BasicSharedRates<Number>::write(const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot,
+                                     FoundMultipliers* multipliers) {
+  OfForm& all = of(form, multipliers != nullptr);
+  Search search(all, form, t, y, phases, ydot, multipliers);
+  search.found_or_made();
+  all.latest.store(all.met.latest(), std::memory_order_release);
+  return search.has_written();
+}
+
+template <class Number>
+[[gnu::cold]] std::shared_ptr<SolvedRates> BasicSharedRates<Number>::at(const RecordableForm& form, double t, const double* y,
+                                                                        std::span<const double> phases) {
+  std::vector<double> ydot(static_cast<std::size_t>(2 * form.dof + form.states));
+  return Search(of(form, false), form, t, y, phases, ydot.data(), nullptr).found_or_made();
+}
+
+template <class>
+[[gnu::cold, gnu::noinline]] SharedRates& made_rates(SharedDerivations& shared) {
+  const std::lock_guard lock(shared.making);
+  if (!shared.owner_of_rates) {
+    auto made = std::make_shared<SharedRates>();
+    shared.rates.store(made.get(), std::memory_order_release);
+    shared.owner_of_rates = std::move(made);
+  }
+  return *shared.rates.load(std::memory_order_relaxed);
+}
+
+template <class Number>
+[[gnu::cold, gnu::noinline]] bool BasicRunRates<Number>::find(const KeptLines& kept, const RecordableForm& form, double t, const double* y,
+                                                              std::span<const double> phases, double* ydot) const {
+  using Written = AnyRates::Written;
+  Written written = Written::elsewhere;
+  const auto holds = [&](const SolvedRates& rates) {
+    return rates.are_in(phases) && (written = rates.write(t, y, ydot)) != Written::elsewhere;
+  };
+  const auto make = [&]() -> std::shared_ptr<SolvedRates> {
+    if (auto shared = rates_of(*kept.shared()).at(form, t, y, phases)) return shared;
+    return solved_rates(form, t, y, phases);  // of functors that have no fingerprint, and of phases that are not worth being kept
+  };
+  const auto* found = met_->found(holds);
+  if (found == nullptr) {
+    if (!kept.shared() || misses_.load(std::memory_order_relaxed) >= most_misses || !all_finite(y, 2 * form.dof + form.states)) return false;
+    if (!met_->is_full()) found = met_->added(holds, make);
+  }
+  if (found) {
+    misses_.store(0, std::memory_order_relaxed);
+    latest_.store(found->get(), std::memory_order_release);
+  } else {
+    misses_.fetch_add(1, std::memory_order_relaxed);
+  }
+  return written == Written::yes;
+}
+
+template <class Number>
+void BasicRunRates<Number>::renew() {
+  latest_ = nullptr;
+  misses_ = 0;
+  if (met_->count() > 0 || met_->is_full()) met_ = std::make_unique<MetBranches<SolvedRates, 16>>();
+}
+template <class Number>
+bool BasicRunRates<Number>::are_kept() const {
+  return met_->latest() != nullptr;
+}
+template <class Number>
+bool BasicRunRates<Number>::are_native() const {
+  return are_kept() && met_->latest()->are_native();
 }
 
 }  // namespace qdot::detail

@@ -133,7 +133,9 @@ template <class Graph>
 
 // Few rows are eliminated in the graph, where constants are folded. Many are eliminated in their own order, for level by level registers would not do.
 template <class Number>
-[[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved_rates(const LimitsOfPivots& limits, std::size_t most) {
+[[gnu::cold]] typename TracedLines<Number>::Solved TracedLines<Number>::solved_rates(const LimitsOfPivots& limits,
+                                                                                     std::size_t most,
+                                                                                     bool with_multipliers) {
   constexpr std::size_t most_in_graph = 4;
   TracedEquations<Number>& e = equations();
   formula::BasicGraph<Number>& graph = e.graph();
@@ -147,32 +149,43 @@ template <class Number>
     lend_inertia(graph, of);
   }
   for (const int divisor : decided.divisors) e.requirements.push_back({divisor, formula::Domain::nonzero});
+  // Where unknowns are others than q̈, or M is lent inertia, λ is found behind q̈.
+  const EquationsOfRates given = with_multipliers ? EquationsOfRates{lower_triangle(e.mass), e.right, rows_of_constraints(e.J, e.n()), e.gamma}
+                                                  : EquationsOfRates{};
+  const bool are_found_behind = with_multipliers && (limits.may_be_singular || !e.free_turns.empty());
   std::vector<int> others = required();
   append(others, e.zdot);
   if (e.n() <= most_in_graph) {
     NodesOfGraph<formula::BasicGraph<Number>> nodes{graph};
-    ConstrainedAcceleration found = constrained_acceleration(nodes, of.mass, of.right, of.J, of.gamma);
+    ConstrainedAcceleration found = constrained_acceleration(nodes, of.mass, of.right, of.J, of.gamma, with_multipliers && !are_found_behind);
     const auto itself = [](int node) { return node; };
     if (!found.x.empty()) {
       decided.put_back(found.x, itself);
       unknowns.leave(nodes, found.x, itself);
+      if (are_found_behind) found.lambda = multipliers_at(nodes, given.mass, given.right, given.J, found.x);
     }
-    return solved_in_graph(std::move(found), {}, others, limits, most);
+    const std::vector<int> multipliers = found.lambda;
+    return solved_in_graph(std::move(found), multipliers, others, limits, most);
   }
   append(others, unknowns.read());
   append(others, decided.nodes());
+  if (are_found_behind)
+    for (const auto* nodes : {&given.mass, &given.right, &given.J}) append(others, *nodes);
   formula::LineWriter<Number>& writer = *shared_->writer;
   formula::LineTable table;
   for (const auto* nodes : std::initializer_list<const std::vector<int>*>{&of.mass, &of.right, &of.J, &of.gamma, &others}) writer.write(*nodes, table);
   LinesOfNumbers more(writer.count());
-  ConstrainedAcceleration found = constrained_acceleration(more, numbers(of.mass), numbers(of.right), numbers(of.J), numbers(of.gamma));
+  ConstrainedAcceleration found = constrained_acceleration(more, numbers(of.mass), numbers(of.right), numbers(of.J), numbers(of.gamma),
+                                                           with_multipliers && !are_found_behind);
   if (found.x.empty()) return {};
   const auto to_number = [&](int node) { return writer.number(node); };
   decided.put_back(found.x, to_number);
   unknowns.leave(more, found.x, to_number);
+  if (are_found_behind) found.lambda = multipliers_at(more, numbers(given.mass), numbers(given.right), numbers(given.J), found.x);
   table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
   writer.go_on_from(more.count());
-  return evaluated(std::move(table), {nullptr, std::move(found.x), {}, std::move(found.pivots), std::move(found.row_pivots)}, others, most);
+  return evaluated(std::move(table), {nullptr, std::move(found.x), std::move(found.lambda), std::move(found.pivots), std::move(found.row_pivots)}, others,
+                   most);
 }
 
 // Both right sides are solved in the graph. Their eliminations are the same nodes, which the graph has once.

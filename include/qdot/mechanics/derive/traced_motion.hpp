@@ -99,8 +99,8 @@ class TracedLines {
   };
   Solved solved(const std::vector<int>& mass, const std::vector<int>& b, const std::vector<int>& columns, const std::vector<int>& others, double least,
                 std::size_t most);
-  /// Lines of q̈ and ż, with the elimination of M and of the rows of constraints.
-  Solved solved_rates(const LimitsOfPivots& limits, std::size_t most);
+  /// Lines of q̈ and ż, with the elimination of M and of the rows of constraints; and of λ, as columns.
+  Solved solved_rates(const LimitsOfPivots& limits, std::size_t most, bool with_multipliers = false);
   /// Lines of δq = −M⁻¹Jᵀ (J M⁻¹ Jᵀ)⁻¹ φ, of δq̇ for J q̇ + ∂φ/∂t in the place of φ, as columns, and of φ, J q̇ + ∂φ/∂t and J.
   Solved solved_projection(const LimitsOfPivots& limits, std::size_t most);
   /// Whether the functors are what was traced.
@@ -268,7 +268,7 @@ extern template std::vector<int> TracedLines<double>::numbers(const std::vector<
 extern template std::shared_ptr<const formula::LineEvaluator> TracedLines<double>::written(const std::vector<int>&);
 extern template TracedLines<double>::Solved TracedLines<double>::solved(const std::vector<int>&, const std::vector<int>&, const std::vector<int>&,
                                                                         const std::vector<int>&, double, std::size_t);
-extern template TracedLines<double>::Solved TracedLines<double>::solved_rates(const LimitsOfPivots&, std::size_t);
+extern template TracedLines<double>::Solved TracedLines<double>::solved_rates(const LimitsOfPivots&, std::size_t, bool);
 extern template TracedLines<double>::Solved TracedLines<double>::solved_projection(const LimitsOfPivots&, std::size_t);
 extern template TracedMotion<double>::TracedMotion(TracedEquations<double>);
 }  // namespace qdot::detail

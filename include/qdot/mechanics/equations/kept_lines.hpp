@@ -22,12 +22,17 @@ template <class Number>
 class BasicDerivedOnce;
 using Derivations = BasicDerivations<double>;
 using DerivedOnce = BasicDerivedOnce<double>;
+template <class Number>
+class BasicSharedRates;  // mechanics/derive/kept_rates.hpp has them
+using SharedRates = BasicSharedRates<double>;
 
 /// The derivations of one system and its copies, made when they are first asked for.
 struct SharedDerivations {
   std::atomic<Derivations*> made{nullptr};
   std::mutex making{};
   std::shared_ptr<void> owner{};
+  std::atomic<SharedRates*> rates{nullptr};
+  std::shared_ptr<void> owner_of_rates{};
   By by = By::fastest;
   std::shared_ptr<SharedDerivations> asked_for[2]{};  // of copies that go by lines, and by machine code
 };

@@ -1,0 +1,172 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Lines of q̈, of rates and of multipliers that are derived once and kept.
+//
+// T, V and the effects of a form are recorded together, and M q̈ = r + Jᵀλ, J q̈ = γ is eliminated in their lines (mechanics/derive/solved_rates.hpp).
+// That takes some tens of microseconds. What has been derived is kept with the system, for all its copies and scenes.
+//
+// Lines are those of one combination of phases, of one branch of functors that compare numbers, and of the numbers that functors have captured.
+// Outside of runs all this is checked at each evaluation, by a hash of what the functors do (mechanics/derive/fingerprint.hpp). A run checks functors
+// where a leg begins, phases and branches always.
+
+#include <Eigen/Core>
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
+
+#include "qdot/mechanics/derive/met_branches.hpp"
+#include "qdot/mechanics/derive/recordable_form.hpp"
+#include "qdot/mechanics/equations/kept_lines.hpp"
+
+namespace qdot::detail {
+
+/// How many coordinates may have such lines.
+inline constexpr int most_with_rates = 8;
+template <int n>
+inline constexpr bool may_have_rates = n >= 1 && n <= most_with_rates;
+
+/// The multipliers of the rows that are active, and how far these are from depending on each other: 1 where they are not near it.
+struct FoundMultipliers {
+  double* lambda;
+  double smallest_pivot = 1.0;
+};
+
+/// Lines of a form in some phases, on some branch.
+class AnyRates {
+ public:
+  enum class Written { yes, not_good, elsewhere };
+
+  AnyRates() = default;
+  AnyRates(const AnyRates&) = delete;
+  AnyRates& operator=(const AnyRates&) = delete;
+
+  /// What the functors answer where they compare numbers; null where they do not.
+  const Answers* answers() const { return answers_; }
+  /// Whether functors with this fingerprint are those that were derived.
+  bool are_of(Fingerprint print) const { return print != 0 && print == print_; }
+  Fingerprint print() const { return print_; }
+  bool are_in(std::span<const double> phases) const {
+    for (std::size_t k = 0; k < phases.size(); ++k)
+      if (phases_[k] != phases[k]) return false;
+    return true;
+  }
+  /// ydot ← [q̇; q̈; ż], and multipliers. Steppers write y in pairs and read ydot so: a load of a pair waits for two that were written apart.
+  Written write(double t, const double* y, double* ydot, FoundMultipliers* multipliers = nullptr) const {
+    return write_(*this, t, y, ydot, multipliers);
+  }
+
+ protected:
+  using WritesRates = Written (*)(const AnyRates&, double, const double*, double*, FoundMultipliers*);
+  WritesRates write_ = nullptr;
+  std::vector<double> phases_{};
+  Fingerprint print_ = 0;
+  const Answers* answers_ = nullptr;
+};
+
+template <class Number>
+class BasicSolvedRates;  // mechanics/derive/solved_rates.hpp has it
+using SolvedRates = BasicSolvedRates<double>;
+
+/// The lines of a system, its copies and scenes. May be asked by several threads.
+template <class Number>
+class BasicSharedRates {
+ public:
+  static constexpr std::size_t most = 64;  // of one form
+
+  BasicSharedRates() = default;
+  ~BasicSharedRates();
+
+  /// ydot ← [q̇; q̈; ż] at y = [q; q̇; z], and multipliers where they are asked for; false where another way must see to it.
+  bool write(const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot, FoundMultipliers* multipliers = nullptr);
+  /// The lines that held last of a form; null where there are none.
+  const AnyRates* latest(RunsFunctors run, bool with_multipliers) const {
+    for (const OfForm* it = first_.load(std::memory_order_acquire); it != nullptr; it = it->next)
+      if (it->run == run && it->with_multipliers == with_multipliers) return it->latest.load(std::memory_order_acquire);
+    return nullptr;
+  }
+  /// Lines of the functors as they are, which hold at y; null where there are none.
+  std::shared_ptr<SolvedRates> at(const RecordableForm& form, double t, const double* y, std::span<const double> phases);
+
+ private:
+  // Those of one form.
+  struct OfForm {
+    RunsFunctors run;
+    bool with_multipliers;
+    std::atomic<const AnyRates*> latest{nullptr};  // of `met`
+    MetBranches<SolvedRates, most> met{};
+    std::atomic<std::uint64_t> missed{0};
+    std::mutex replacing{};
+    std::shared_ptr<SolvedRates> further{};
+    OfForm* next = nullptr;
+  };
+  class Search;
+
+  OfForm& of(const RecordableForm& form, bool with_multipliers);
+
+  std::atomic<OfForm*> first_{nullptr};
+  std::mutex adding_;
+};
+
+/// The lines of all that share derivations.
+template <class = void>
+SharedRates& made_rates(SharedDerivations& shared);
+inline SharedRates& rates_of(SharedDerivations& shared) {
+  SharedRates* const made = shared.rates.load(std::memory_order_acquire);
+  return made ? *made : made_rates(shared);
+}
+
+/// The lines of a run. Several threads may ask at once; copies begin anew.
+template <class Number = double>
+class BasicRunRates {
+ public:
+  BasicRunRates() = default;
+  BasicRunRates(const BasicRunRates&) {}
+  BasicRunRates& operator=(const BasicRunRates&) {
+    renew();
+    return *this;
+  }
+
+  /// As SharedRates::write(), with no look at the functors; form() is asked where lines are looked for.
+  template <class Form>
+  bool write(const KeptLines& kept, const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
+    const AnyRates* const latest = latest_.load(std::memory_order_acquire);
+    if (latest != nullptr && latest->are_in(phases)) {
+      const AnyRates::Written written = latest->write(t, y, ydot);
+      if (written != AnyRates::Written::elsewhere) return written == AnyRates::Written::yes;
+    }
+    return find(kept, form(), t, y, phases, ydot);
+  }
+  /// Looks at the functors at the next evaluation: a leg begins. No other thread may ask meanwhile.
+  void renew();
+  /// Whether any evaluation went by lines, and whether by machine code.
+  bool are_kept() const;
+  bool are_native() const;
+
+ private:
+  static constexpr int most_misses = 64;  // one after the other; then no more are made until some hold again
+
+  bool find(const KeptLines& kept, const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot) const;
+
+  mutable std::unique_ptr<MetBranches<SolvedRates, 16>> met_ = std::make_unique<MetBranches<SolvedRates, 16>>();
+  mutable std::atomic<const AnyRates*> latest_{nullptr};
+  mutable std::atomic<int> misses_{0};
+};
+using RunRates = BasicRunRates<double>;
+
+}  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template class BasicSharedRates<double>;
+extern template class BasicRunRates<double>;
+extern template SharedRates& made_rates<void>(SharedDerivations&);
+}  // namespace qdot::detail
+#else
+#include "qdot/mechanics/derive/solved_rates.hpp"
+#endif
