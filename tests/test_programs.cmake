@@ -145,7 +145,7 @@ foreach(folder IN LISTS folders)
     target_compile_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-O2;-fno-sanitize=all>)
     target_link_options(test_${folder} PRIVATE $<$<CONFIG:Check>:-fno-sanitize=all>)
     target_precompile_headers(test_${folder} PRIVATE catch2_bridge.hpp <Eigen/Dense>) # of its own: other flags
-    set_property(SOURCE optimized/changed_rotations.test.cpp optimized/moving_positions.test.cpp optimized/sensitivity_of_random_scenes.test.cpp PROPERTY COMPILE_OPTIONS "$<$<CONFIG:Check>:-O1>") # half the compile time
+    set_property(SOURCE optimized/changed_rotations.test.cpp optimized/velocities.test.cpp optimized/sensitivity_of_random_scenes.test.cpp PROPERTY COMPILE_OPTIONS "$<$<CONFIG:Check>:-O1>") # half the compile time
   elseif(folder MATCHES "${qdot_fast_ways}")
     # clang++ then leaves out even what it must inline, a quarter of the compile time, and each number that is zero counts as one that is known to
     # be. Whether an optimizer finds those zeros is the question of folder optimized. g++ inlines in any case.

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <type_traits>
 
-#include "qdot/mechanics/equations/straight_line.hpp"
+#include "qdot/ad/unroll.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
 namespace qdot::bench {

@@ -70,6 +70,7 @@ template <int n, class E, By way>
 /// A form as a run has it.
 template <class Form>
 Form in_a_long_run(Form form) {
+  if constexpr (requires { form.renew(); }) form.renew();
   if constexpr (requires { form.expect_long_run(); }) form.expect_long_run();
   return form;
 }

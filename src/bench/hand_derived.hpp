@@ -6,11 +6,55 @@
 
 #include <cmath>
 
-#include "qdot/ad/lagrange/euler_lagrange_math.hpp"
+#include "qdot/ad/unroll.hpp"
 #include "qdot/mechanics/equations/block_solve.hpp"
-#include "qdot/mechanics/equations/straight_line.hpp"
+#include "qdot/mechanics/equations/small_solve.hpp"
 
 namespace qdot::bench {
+
+// Clang takes sin and cos for functions with a side effect (errno) and never merges two of the same argument.
+#if defined(__clang__) && defined(__GLIBC__)
+extern "C" [[gnu::const]] double shared_sine(double) __asm__("sin");
+extern "C" [[gnu::const]] double shared_cosine(double) __asm__("cos");
+#else
+[[gnu::always_inline]] inline double shared_sine(double x) { return std::sin(x); }
+[[gnu::always_inline]] inline double shared_cosine(double x) { return std::cos(x); }
+#endif
+
+// M = L D Lᵀ in place: L below the diagonal, and 1/D in `inverse`.
+template <int n>
+[[gnu::always_inline]] inline void factor(double* M, double* inverse) {
+  using detail::triangle_index;
+  double diagonal[n];
+  unroll<n>([&](auto k) __attribute__((always_inline)) { diagonal[k] = M[triangle_index(k, k)]; });
+  unroll<n>([&](auto k) __attribute__((always_inline)) {
+    detail::inverted_pivots<n, k>(M, diagonal, inverse, 0.0);
+    double l[n];
+    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
+      constexpr int i = k + 1 + below;
+      l[i] = M[triangle_index(i, k)] * inverse[k];
+      unroll<below + 1>([&](auto column) __attribute__((always_inline)) {
+        constexpr int j = k + 1 + column;
+        M[triangle_index(i, j)] -= l[i] * M[triangle_index(j, k)];
+      });
+    });
+    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) { M[triangle_index(k + 1 + below, k)] = l[k + 1 + below]; });
+  });
+}
+// b ← L⁻¹ b, and b ← L⁻ᵀ b.
+template <int n>
+[[gnu::always_inline]] inline void go_forward(const double* L, double* b) {
+  unroll<n>([&](auto k) __attribute__((always_inline)) {
+    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) { b[k + 1 + below] -= b[k] * L[detail::triangle_index(k + 1 + below, k)]; });
+  });
+}
+template <int n>
+[[gnu::always_inline]] inline void go_back(const double* L, double* b) {
+  unroll<n>([&](auto done) __attribute__((always_inline)) {
+    constexpr int k = n - 1 - done;
+    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) { b[k] -= b[k + 1 + below] * L[detail::triangle_index(k + 1 + below, k)]; });
+  });
+}
 
 /// Planar chain of a few links, unit masses and lengths, absolute angles from the downward vertical, every loop written out:
 /// M_ij = (n − max(i,j)) cos(θ_i − θ_j), r_i = −(n − i) g sin θ_i − Σ_j (n − max(i,j)) sin(θ_i − θ_j) θ̇_j².
@@ -21,8 +65,8 @@ struct ShortChain {
   [[gnu::always_inline]] ShortChain(const double* q, const double* v) {
     constexpr double g = 9.81;
     unroll<n>([&](auto i) __attribute__((always_inline)) {
-      s[i] = detail::shared_sine(q[i]);
-      c[i] = detail::shared_cosine(q[i]);
+      s[i] = shared_sine(q[i]);
+      c[i] = shared_cosine(q[i]);
       w[i] = v[i] * v[i];
       r[i] = -(n - i) * g * s[i];
     });
@@ -52,8 +96,8 @@ void long_chain_by_hand(const double* q, const double* v, double* a) {
   constexpr int blocks = (n + 3) / 4;
   double s[n], c[n], wc[n], ws[n], C[n], S[n], r[4 * blocks];
   unroll<n>([&](auto i) __attribute__((always_inline)) {
-    s[i] = detail::shared_sine(q[i]);
-    c[i] = detail::shared_cosine(q[i]);
+    s[i] = shared_sine(q[i]);
+    c[i] = shared_cosine(q[i]);
     wc[i] = v[i] * v[i] * c[i];
     ws[i] = v[i] * v[i] * s[i];
   });
@@ -97,7 +141,7 @@ template <int n>
 struct RodAndRingByHand {
   double M = 2.0, L = 1.5, m = 0.3, g = 9.81;
   void operator()(const double* q, const double* v, double* a) const {
-    const double s = detail::shared_sine(q[1]), c = detail::shared_cosine(q[1]);
+    const double s = shared_sine(q[1]), c = shared_cosine(q[1]);
     a[0] = q[0] * v[1] * v[1] - g * s;
     a[1] = -(2.0 * m * q[0] * v[0] * v[1] + (m * q[0] + 0.5 * M * L) * g * c) / (M * L * L / 3.0 + m * q[0] * q[0]);
   }
@@ -107,7 +151,7 @@ struct RodAndRingByHand {
 struct SphericalPendulumByHand {
   double l = 1.0, g = 9.81;
   void operator()(const double* q, const double* v, double* a) const {
-    const double s = detail::shared_sine(q[0]), c = detail::shared_cosine(q[0]);
+    const double s = shared_sine(q[0]), c = shared_cosine(q[0]);
     a[0] = s * (c * v[1] * v[1] - g / l);
     a[1] = -2.0 * v[0] * v[1] * c / s;
   }
@@ -128,7 +172,7 @@ struct KeplerByHand {
 struct ElasticPendulumByHand {
   double m = 1.0, k = 29.43, l = 1.0, g = 9.81;
   void operator()(const double* q, const double* v, double* a) const {
-    const double s = detail::shared_sine(q[1]), c = detail::shared_cosine(q[1]);
+    const double s = shared_sine(q[1]), c = shared_cosine(q[1]);
     a[0] = q[0] * v[1] * v[1] + g * c - k / m * (q[0] - l);
     a[1] = -(2.0 * v[0] * v[1] + g * s) / q[0];
   }
@@ -139,7 +183,7 @@ struct ElasticPendulumByHand {
 struct HeavyTopByHand {
   double A = 1.0, C = 0.7, mgl = 1.0 * 9.81 * 0.2;
   void operator()(const double* q, const double* v, double* a) const {
-    const double s = detail::shared_sine(q[0]), c = detail::shared_cosine(q[0]);
+    const double s = shared_sine(q[0]), c = shared_cosine(q[0]);
     const double spin = C * (v[1] * c + v[2]);
     a[0] = s * (v[1] * (A * v[1] * c - spin) + mgl) / A;
     a[1] = v[0] * (spin - 2.0 * A * v[1] * c) / (A * s);
@@ -151,8 +195,8 @@ struct HeavyTopByHand {
 struct DoublePendulumByHand {
   double m1 = 1.0, m2 = 1.0, l1 = 1.0, l2 = 1.0, g = 9.81;
   void operator()(const double* q, const double* v, double* a) const {
-    const double s0 = detail::shared_sine(q[0]), c0 = detail::shared_cosine(q[0]);
-    const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]);
+    const double s0 = shared_sine(q[0]), c0 = shared_cosine(q[0]);
+    const double s1 = shared_sine(q[1]), c1 = shared_cosine(q[1]);
     const double c = c0 * c1 + s0 * s1, s = s0 * c1 - c0 * s1;
     const double m = m1 + m2;
     const double u = -m2 * l2 * v[1] * v[1] * s - m * g * s0;  // m l₁ θ̈₁ + m₂ l₂ c θ̈₂

@@ -30,10 +30,9 @@ struct ChainSceneByHand {
         J[i] = chain.c[i];
         gamma += chain.s[i] * chain.w[i];
       });
-      detail::ComponentMask all = ~detail::ComponentMask(0);
-      detail::factored_in_place<n>(chain.M, inverse, 0.0, all);
-      detail::forward_in_place<n>(chain.M, chain.r, all, all);
-      detail::forward_in_place<n>(chain.M, J, all, all);
+      factor<n>(chain.M, inverse);
+      go_forward<n>(chain.M, chain.r);
+      go_forward<n>(chain.M, J);
       unroll<n>([&](auto i) __attribute__((always_inline)) {
         const double scaled = J[i] * inverse[i];
         schur += scaled * J[i];
@@ -41,7 +40,7 @@ struct ChainSceneByHand {
       });
       const double lambda = gamma / schur;
       unroll<n>([&](auto i) __attribute__((always_inline)) { chain.r[i] = (chain.r[i] + lambda * J[i]) * inverse[i]; });
-      detail::backward_in_place<n>(chain.M, chain.r, all);
+      go_back<n>(chain.M, chain.r);
       a[n] = lambda;
     } else {
       detail::solved_in_place<n>(chain.M, chain.r, 0.0);
@@ -57,7 +56,7 @@ struct CartpoleByHand {
   double M = 2.0, m = 1.0, l = 1.0, g = 9.81, k = 2.0, current = 1.5, F = 1.0, v0 = 1e-3, c = 0.1;
   double ml = m * l, per_l = 1.0 / l, per_v0 = 1.0 / v0, c_per_ml = c / (m * l);
   void operator()(const double* q, const double* v, double* a) const {
-    const double s = detail::shared_sine(q[1]), co = detail::shared_cosine(q[1]);
+    const double s = shared_sine(q[1]), co = shared_cosine(q[1]);
     double u = ml * s * v[1] * v[1];
     double w = -g * s;  // over m l
     if constexpr (motor) u += k * current;
@@ -136,9 +135,9 @@ struct FourBarByHand {
   double A = mu * (a * a * a / 3.0 + b * a * a), C = mu * b * b * b / 3.0, d = 3.0 / (mu * c * c * c), coupling = 0.5 * mu * a * b * b;
   double G0 = mu * g * a * (0.5 * a + b), G1 = 0.5 * mu * g * b * b, G2 = 0.5 * mu * g * c * c;
   void operator()(const double* q, const double* v, double* out) const {
-    const double s0 = detail::shared_sine(q[0]), c0 = detail::shared_cosine(q[0]);
-    const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]);
-    const double s2 = detail::shared_sine(q[2]), c2 = detail::shared_cosine(q[2]);
+    const double s0 = shared_sine(q[0]), c0 = shared_cosine(q[0]);
+    const double s1 = shared_sine(q[1]), c1 = shared_cosine(q[1]);
+    const double s2 = shared_sine(q[2]), c2 = shared_cosine(q[2]);
     const double w0 = v[0] * v[0], w1 = v[1] * v[1], w2 = v[2] * v[2];
     const double sine = coupling * (s0 * c1 - c0 * s1);
     const double r[3] = {-sine * w1 - G0 * c0 + (driven ? torque : 0.0), sine * w0 - G1 * c1, -G2 * c2};
@@ -154,8 +153,8 @@ struct SliderCrankByHand {
   double r = 0.3, l = 0.8, m1 = 1.0, m2 = 1.0, m3 = 2.0;
   double A = (m1 / 3.0 + m2) * r * r, C = m2 * l * l / 3.0, d = 1.0 / m3, coupling = 0.5 * m2 * r * l;
   void operator()(const double* q, const double* v, double* out) const {
-    const double s0 = detail::shared_sine(q[0]), c0 = detail::shared_cosine(q[0]);
-    const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]);
+    const double s0 = shared_sine(q[0]), c0 = shared_cosine(q[0]);
+    const double s1 = shared_sine(q[1]), c1 = shared_cosine(q[1]);
     const double w0 = v[0] * v[0], w1 = v[1] * v[1];
     const double sine = coupling * (s0 * c1 + c0 * s1);
     const double f[3] = {-sine * w1, -sine * w0, 0.0};
@@ -181,7 +180,7 @@ struct RollingHoopByHand {
 struct ChaplyginSleighByHand {
   double m = 1.0, I = 0.3, d = 0.5, d_per_I = d / I, schur = 1.0 / (1.0 / m + d * d_per_I);
   void operator()(const double* q, const double* v, double* a) const {
-    const double s = detail::shared_sine(q[2]), c = detail::shared_cosine(q[2]);
+    const double s = shared_sine(q[2]), c = shared_cosine(q[2]);
     const double gamma = v[2] * (v[0] * c + v[1] * s), along = d * v[2] * v[2];
     const double lambda = gamma * schur;
     a[0] = along * c - gamma * s;
@@ -201,8 +200,8 @@ struct SlidingBlockByHand {
 struct SprungDoublePendulumByHand {
   double g = 9.81, k = 20.0, rest = 1.2, c = 0.5;
   void operator()(const double* q, const double* v, double* a) const {
-    const double s0 = detail::shared_sine(q[0]), c0 = detail::shared_cosine(q[0]);
-    const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]);
+    const double s0 = shared_sine(q[0]), c0 = shared_cosine(q[0]);
+    const double s1 = shared_sine(q[1]), c1 = shared_cosine(q[1]);
     const double co = c0 * c1 + s0 * s1, s = s0 * c1 - c0 * s1;
     const double length = std::sqrt(1.25 + co), slope = -0.5 * s / length;  // ∂ℓ/∂θ₁ = −∂ℓ/∂θ₂
     const double pull = (k * (length - rest) + c * slope * (v[0] - v[1])) * slope;
@@ -273,7 +272,7 @@ template <bool driven>
 struct RotationVectorBodyByHand : TurningBody {
   void operator()(const double* u, const double* v, double* out) const {
     const double x = u[0] * u[0] + u[1] * u[1] + u[2] * u[2], theta = std::sqrt(x);
-    const double sine = detail::shared_sine(theta), cosine = detail::shared_cosine(theta);
+    const double sine = shared_sine(theta), cosine = shared_cosine(theta);
     const double of_theta = 1.0 / theta, i = of_theta * of_theta;
     const double a = sine * of_theta, b = (1.0 - cosine) * i, c = (1.0 - a) * i;
     const double s = u[0] * v[0] + u[1] * v[1] + u[2] * v[2], speed = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
@@ -300,12 +299,12 @@ struct RotationVectorBodyByHand : TurningBody {
 template <bool driven>
 struct EulerAnglesBodyByHand : TurningBody {
   void operator()(const double* q, const double* v, double* a) const {
-    const double s = detail::shared_sine(q[1]), c = detail::shared_cosine(q[1]);
-    const double sp = detail::shared_sine(q[2]), cp = detail::shared_cosine(q[2]);
+    const double s = shared_sine(q[1]), c = shared_cosine(q[1]);
+    const double sp = shared_sine(q[2]), cp = shared_cosine(q[2]);
     const double w[3] = {v[0] * s * sp + v[1] * cp, v[0] * s * cp - v[1] * sp, v[0] * c + v[2]};
     double t[3] = {0.0, 0.0, 0.0}, y[3];
     if constexpr (driven) {
-      const double sf = detail::shared_sine(q[0]), cf = detail::shared_cosine(q[0]);
+      const double sf = shared_sine(q[0]), cf = shared_cosine(q[0]);
       const double node = cf * torque[0] + sf * torque[1], across = cf * torque[1] - sf * torque[0];
       const double up = c * across + s * torque[2];
       t[0] = cp * node + sp * up;
@@ -331,9 +330,9 @@ struct EulerAnglesBodyByHand : TurningBody {
 struct JoinedBodiesByHand : TurningBody {
   double m = 0.8, alpha = 0.6, beta = 0.9;
   void operator()(const double* q, const double* v, double* a) const {
-    const double s1 = detail::shared_sine(q[1]), c1 = detail::shared_cosine(q[1]), p1 = detail::shared_sine(q[2]), o1 = detail::shared_cosine(q[2]);
-    const double s2 = detail::shared_sine(q[4]), c2 = detail::shared_cosine(q[4]), p2 = detail::shared_sine(q[5]), o2 = detail::shared_cosine(q[5]);
-    const double s = detail::shared_sine(q[3] - q[0]), c = detail::shared_cosine(q[3] - q[0]);
+    const double s1 = shared_sine(q[1]), c1 = shared_cosine(q[1]), p1 = shared_sine(q[2]), o1 = shared_cosine(q[2]);
+    const double s2 = shared_sine(q[4]), c2 = shared_cosine(q[4]), p2 = shared_sine(q[5]), o2 = shared_cosine(q[5]);
+    const double s = shared_sine(q[3] - q[0]), c = shared_cosine(q[3] - q[0]);
     const double w[3] = {v[0] * s1 * p1 + v[1] * o1, v[0] * s1 * o1 - v[1] * p1, v[0] * c1 + v[2]};
     const double x[3] = {v[3] * s2 * p2 + v[4] * o2, v[3] * s2 * o2 - v[4] * p2, v[3] * c2 + v[5]};
     // W = R_x(ϑ₁)ᵀ R_z(φ₂ − φ₁) R_x(ϑ₂), then turned by ψ on both sides; of Q the corner is not needed.

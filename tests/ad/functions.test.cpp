@@ -12,8 +12,6 @@
 #include <vector>
 
 #include "qdot/ad/formula/recording.hpp"
-#include "qdot/ad/lagrange/euler_lagrange_math.hpp"
-#include "qdot/ad/places/position_jet.hpp"
 #include "qdot/ad/records/reverse.hpp"
 #include "qdot/ad/pack_math.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
@@ -88,16 +86,6 @@ void check(const Values<S>& f, const ValueOf& value, const DerivativeOf& derivat
     CHECK_THAT(derivative(f[i]), WithinAbs(truth().derivative[i], 10 * rounded * (1 + std::abs(truth().derivative[i]))));
   }
 }
-// Of scalars with a value and a rate.
-template <class S>
-void check_rates(const S& x) {
-  check(all(x), [](const S& f) { return innermost_value(f.value); },
-        [](const S& f) {
-          if constexpr (requires { f.whole(); }) return innermost_value(f.whole().rate);
-          else return innermost_value(f.rate);
-        });
-}
-
 struct Rope {
   constexpr auto T(const auto& v) const { return 0.5 * (v[0] * v[0] + v[1] * v[1]); }
   constexpr auto V(const auto& q) const {
@@ -113,14 +101,6 @@ TEST_CASE("every function is there for numbers and for duals of any depth") {
   using DD = Dual<D, 1>;
   check(all(moving(at, rate)), [](const D& f) { return f.value; }, [](const D& f) { return f.tangent[0]; });
   check(all(DD(moving(at, rate))), [](const DD& f) { return f.value.value; }, [](const DD& f) { return f.value.tangent[0]; });
-}
-
-TEST_CASE("every function is there for the scalars of Lagrange's equations") {
-  check_rates(EulerLagrange<1>::coordinate<0>(at, rate));
-}
-
-TEST_CASE("every function is there for positions") {
-  check_rates(PositionJet<2>::coordinate<0>(at, rate));
 }
 
 TEST_CASE("every function is there for packs") {
@@ -203,8 +183,7 @@ TEST_CASE("a function that ends has no slope beyond its end, for any scalar") {
     std::vector<D> adjoint;
     const Reverse<D> backwards = f(tape.variable(0, D(outside)));
     tape.sweep(backwards, adjoint);
-    return std::isnan(f(moving(outside, 1.0)).tangent[0]) && std::isnan(f(EulerLagrange<1>::coordinate<0>(outside, 1.0)).rate) &&
-           std::isnan(f(PositionJet<1>::coordinate<0>(outside, 1.0)).rate) && std::isnan(adjoint[0].value);
+    return std::isnan(f(moving(outside, 1.0)).tangent[0]) && std::isnan(adjoint[0].value);
   };
   CHECK(no_slope([](const auto& x) { return log(x); }, -1.0));
   CHECK(no_slope([](const auto& x) { return log2(x); }, -1.0));

@@ -19,9 +19,8 @@ namespace {
 // Rounding of both ways, times the condition of M.
 constexpr double rounded = 1e-12;
 
-// Largest relative difference of q̈ to `other(q, qdot, t)` over random states: by acceleration(), and in straight-line code.
-enum class Straight { too, never };
-template <Straight straight_line = Straight::too, int n, class E, Inertia I, class Other>
+// Largest relative difference of q̈ to `other(q, qdot, t)` over random states.
+template <int n, class E, Inertia I, class Other>
 double difference(const System<E, n, I>& system, const Other& other, double low = -2.0, double high = 2.0) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> position(low, high), velocity(-2.0, 2.0);
@@ -35,15 +34,6 @@ double difference(const System<E, n, I>& system, const Other& other, double low 
     const double t = position(random);
     const Vector<double, n> expected = other(q, v, t), a = acceleration(system, q, v, t);
     worst = std::max(worst, (a - expected).norm() / (1.0 + expected.norm()));
-    if constexpr (straight_line == Straight::too && n >= 1 && n <= 2) {
-      double M[n * (n + 1) / 2];
-      Vector<double, n> straight;
-      const auto L = detail::euler_lagrange_of<n>(system.energies(), q.data(), v.data(), t);
-      unroll<n>([&](auto i) { straight[i] = L.template x<i>(); });
-      unroll<n*(n + 1) / 2>([&](auto k) { M[k] = L.template h<k>(); });
-      if (!detail::solved_in_place<n>(M, straight.data(), 0.0)) return HUGE_VAL;
-      worst = std::max(worst, (straight - expected).norm() / (1.0 + expected.norm()));
-    }
   }
   return worst;
 }
@@ -85,11 +75,11 @@ TEST_CASE("plain numbers and products are places and rotations as well") {
   const auto at_rest = kinematic_system<3>([=](const auto& q, auto& bodies) {
     bodies.rigid_body(top, Eigen::Vector3d::Zero(), euler_rotation_313(q[0], q[1], q[2]));
   }, down);
-  CHECK(difference<Straight::never>(at_rest, as_moving, 0.3, 1.2) < rounded);
+  CHECK(difference(at_rest, as_moving, 0.3, 1.2) < rounded);
   const auto by_product = kinematic_system<3>([=](const auto& q, auto& bodies) {
     bodies.rigid_body(top, vector(0.0, 0.0, 0.0), rotation_z(q[0]) * rotation_x(q[1]) * rotation_z(q[2]));
   }, down);
-  CHECK(difference<Straight::never>(by_product, as_moving, 0.3, 1.2) < rounded);
+  CHECK(difference(by_product, as_moving, 0.3, 1.2) < rounded);
   const auto arm = [](double length) {
     return kinematic_system<2>([=](const auto& q, auto& bodies) {
       using S = std::remove_cvref_t<decltype(q[0])>;
@@ -139,7 +129,7 @@ TEST_CASE("a heavy top by Euler's angles accelerates as derived by hand") {
     const auto R = rotation(q);
     bodies.rigid_body(m, about_centre, vector(l * R(0, 2), l * R(1, 2), l * R(2, 2)), R);
   };
-  CHECK(difference<Straight::never>(kinematic_system<3>(by_centre, down), by_hand<3>(bench::HeavyTopByHand{}), 0.3, 1.2) < rounded);
+  CHECK(difference(kinematic_system<3>(by_centre, down), by_hand<3>(bench::HeavyTopByHand{}), 0.3, 1.2) < rounded);
 }
 
 // A free body by a quaternion of any length, whose length has an inertia of its own: a term that no body makes.
@@ -169,7 +159,7 @@ TEST_CASE("a body by a quaternion, with a kinetic term of its own, accelerates a
     bodies.rigid_body(asymmetric, vector(0.0 * q[0], 0.0 * q[0], 0.0 * q[0]), rotation_from_quaternion(q));
   };
   const auto body = kinematic_system<4>(place, uniform_gravity(0.0, 0.0, -free_fall), LengthOfQuaternion{});
-  CHECK(difference<Straight::never>(body, by_energies<4>(QuaternionBody{}), 0.3, 1.2) < rounded);
+  CHECK(difference(body, by_energies<4>(QuaternionBody{}), 0.3, 1.2) < rounded);
 }
 
 // Two bars, the second on the end of the first.

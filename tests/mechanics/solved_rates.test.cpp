@@ -277,18 +277,6 @@ TEST_CASE("on one constraint a coordinate that is light has its acceleration to 
   }
 }
 
-TEST_CASE("few operations go without lines of their own") {
-  const auto pays = []<int n>(const auto& system, std::integral_constant<int, n>) {
-    detail::TracedEquations<double> recorded(n, 0);
-    detail::run_energies<n>(recorded.motion, system.energies());
-    return detail::lines_pay(recorded.graph(), n);
-  };
-  using Two = std::integral_constant<int, 2>;
-  const auto kepler = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return -1.0 / q.norm(); });
-  CHECK_FALSE(pays(kepler, Two()));
-  CHECK(pays(mechanical_system<2>(bench::LoopedChain{}), Two()));
-}
-
 // V has a kink at q₀ = 0: ∂V/∂q₀ is −sin q₀ cos q₁, and 2 q₀ besides where q₀ > 0.
 TEST_CASE("functors that compare have lines on each side") {
   const auto bounded = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); },

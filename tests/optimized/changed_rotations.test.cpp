@@ -65,7 +65,7 @@ double difference(const Sc& s) {
     }
     const Matrix<double, n> M = detail::kinetic_hessian<n>(s.system().energies(), q, v, 0.0);
     Vector<double, n> r = detail::lagrange_rhs<n>(s.system().energies(), q, v, 0.0);
-    if constexpr (Sc::has_forces) r += detail::forces_by_duals(s, q, v, EffectStates<Sc>(), 0.0);
+    if constexpr (Sc::has_forces) r += effect_forces(s, q, v, EffectStates<Sc>(), 0.0);
     const Vector<double, n> expected = solution_by_pivots(M, r);
     worst = std::max(worst, (acceleration(s, q, v) - expected).norm() / (1.0 + expected.norm()));
   }

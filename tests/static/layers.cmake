@@ -4,7 +4,7 @@
 # integrate/cvode/ alone, Ipopt in analysis/optimal/ipopt.hpp, MPI in integrate/mpi/communicator.hpp and in the user header above it.
 set(layers version error fwd ad mechanics effects integrate analysis report qdot)
 # Folders below a layer, each of which may include those before it. What users include is not in them (rooms.cmake).
-set(rooms ad/forward ad/records ad/lagrange ad/places ad/formula ad/native ad/series mechanics/equations mechanics/derive mechanics/places
+set(rooms ad/forward ad/records ad/formula ad/native ad/series mechanics/equations mechanics/derive mechanics/places
   effects/rows effects/equations integrate/steps integrate/watch integrate/accurate integrate/driver integrate/lanes integrate/cvode integrate/mpi analysis/linear analysis/symmetry analysis/variations analysis/orbits analysis/branches analysis/fit analysis/paths analysis/optimal report/equations)
 set(sundials_folders "(cvodes?|sundials|nvector|sunmatrix|sunlinsol|sunnonlinsol|arkode|idas?|kinsol)")
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Forces of points, bodies and lengths as straight-line code, which exists only with the optimizer on, against duals: each by itself, and in the
-// accelerations of scenes through every door.
+// Forces of points, bodies and lengths in the accelerations of scenes, by every door, against nested duals.
 #include <Eigen/LU>
 
 #include <cmath>
@@ -33,20 +32,6 @@ struct States {
     return x;
   }
 };
-
-// The largest difference of an effect's force from that by duals.
-template <int n, class E>
-double difference_of_force(const E& effect, int size = n) {
-  States states;
-  double worst = 0.0;
-  for (int sample = 0; sample < 50; ++sample) {
-    const auto q = states.next<n>(size), v = states.next<n>(size);
-    const double t = 0.1 * sample;
-    const Vector<double, n> by_duals = effect.force_by_duals(q, v, t);
-    worst = std::max(worst, (effect.force(q, v, t) - by_duals).norm() / (1.0 + by_duals.norm()));
-  }
-  return worst;
-}
 
 // The largest difference of a scene's acceleration from that by nested duals, T and V and the forces included.
 template <class Sc>
@@ -119,7 +104,6 @@ const auto push = [](const auto& r, const auto& u, const auto& t) {
   using std::cos;
   return vector(-2.0 * r[0] * cos(t) - 0.3 * u[1], 0.7 * u[0] * u[1] + r[1] * r[1]);
 };
-const auto stiffening = [](const auto& length, const auto& rate) { return 2.0 * length * length + 0.4 * rate; };
 const auto coupling = [](const auto& q, const auto& v, const auto& t) {
   using std::cos;
   const auto relative = v[1] - v[0];
@@ -152,38 +136,6 @@ std::string complaint(const Sc& s, const Coordinates<Sc>& q) {
 
 }  // namespace
 
-TEST_CASE("a force from numbers that know how they move is the force by duals") {
-  CHECK(difference_of_force<3>(force_at_point(Arm{}, Eigen::Vector2d(0.4, -0.9))) < rounded);
-  CHECK(difference_of_force<3>(force_at_point(Arm{}, push)) < rounded);
-  CHECK(difference_of_force<3>(force_at_point(LoopedTip{}, push)) < rounded);
-  CHECK(difference_of_force<3>(quadratic_drag(Arm{}, 0.3)) < rounded);
-  CHECK(difference_of_force<3>(spring_damper(Arm{}, Joint<3>{}, 3.0, 0.4, 0.7)) < rounded);
-  CHECK(difference_of_force<3>(spring_damper(wall, LoopedTip{}, 3.0, 0.4, 0.7)) < rounded);
-  CHECK(difference_of_force<3>(tension_between(Arm{}, wall, stiffening)) < rounded);
-  CHECK(difference_of_force<3>(rayleigh(coupling)) < rounded);
-  CHECK(difference_of_force<3>(rayleigh([](const auto& q, const auto& v, const auto& t) {
-          return 0.3 * velocity_of(Arm{}, q, v, t).squaredNorm();
-        })) < rounded);
-  CHECK(difference_of_force<Dynamic>(force_at_point(LoopedTip{}, push), 5) < rounded);
-  CHECK(difference_of_force<Dynamic>(spring_damper(wall, LoopedTip{}, 3.0, 0.4, 0.7), 5) < rounded);
-}
-
-TEST_CASE("a torque on a body from numbers that know how they move is the torque by duals") {
-  const Eigen::Vector3d tau(0.3, -0.8, 0.5);
-  const auto turned = [](const auto& t) {
-    using std::cos;
-    return vector(cos(t), 0.4 * t, 1.0 - t * t);
-  };
-  const auto euler = [](const auto& q, const auto& t) { return euler_rotation_313(q[0] + 0.2 * t, q[1], q[2]); };
-  CHECK(difference_of_force<3>(torque_on_body(euler, tau)) < rounded);
-  CHECK(difference_of_force<3>(torque_on_body(euler, turned)) < rounded);
-  CHECK(difference_of_force<3>(torque_on_body(euler, [](const auto&) { return Eigen::Vector3i(1, -2, 3); })) < rounded);
-  CHECK(difference_of_force<3>(torque_on_body([](const auto& q) { return rotation_from_vector(q); }, tau)) < rounded);
-  CHECK(difference_of_force<3>(torque_on_body([](const auto& q) { return rotation_from_vector(0.2 * q); }, tau)) < rounded);
-  CHECK(difference_of_force<4>(torque_on_body([](const auto& q) { return rotation_from_quaternion(q); }, turned)) < rounded);
-  CHECK(difference_of_force<2>(torque_on_body([](const auto& q) { return rotation_z(q[0] - q[1]); }, tau)) < rounded);
-}
-
 TEST_CASE("accelerations of scenes with forces through every door are those by nested duals") {
   const auto effects = [](const auto& system) {
     return scene(system, force_at_point(Joint<2>{}, push), spring_damper(Joint<1>{}, Arm{}, 3.0, 0.4, 0.7), rayleigh(coupling),
@@ -210,7 +162,7 @@ TEST_CASE("terms of effects in the energies of systems by positions are those by
   CHECK(difference_of_acceleration(scene(mechanical_system<2>(bench::LoopedChain{}), Well{})) < rounded);
 }
 
-TEST_CASE("a damper whose ends meet where they don't move apart is as without the optimizer") {
+TEST_CASE("a damper whose ends meet where they don't move apart pushes nothing") {
   // ℓ = |q₁|, of which duals know that it has no slope where q₁² has none.
   const auto line = [](const auto& q) { return vector(q[1], 0.0 * q[1]); };
   const auto system = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); });
@@ -219,7 +171,7 @@ TEST_CASE("a damper whose ends meet where they don't move apart is as without th
   CHECK(acceleration(s, Eigen::Vector2d(0.4, 0.0), Eigen::Vector2d(1.0, 0.0)) == Eigen::Vector2d(3.0, 4.0));
 }
 
-TEST_CASE("a force that is not finite is named by effect and coordinate in the same words with and without the optimizer") {
+TEST_CASE("a force that is not finite is named by effect and coordinate") {
   const auto line = [](const auto& q) { return vector(q[1]); };
   const auto attraction = [](const auto& r, const auto&) { return vector(-1.0 / (r[0] * r[0])); };
   const auto system = mechanical_system<2>(bench::UnrolledChain<2>{});

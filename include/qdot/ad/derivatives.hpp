@@ -204,16 +204,24 @@ template <class F, class S>
 auto derivative(F&& f, const S& s) {
   static_assert(detail::require_real<S>());
   using D = Dual<S, 1, typename detail::tag_of<std::remove_cvref_t<F>>::type>;
-  const auto y = detail::result_of(f, D::variable(s, 0));
+  using Argument = std::conditional_t<detail::is_hash<S>, S, D>;
+  const auto y = [&] {
+    if constexpr (detail::is_hash<S>) return detail::result_of(f, S::argument(s, 0));
+    else return detail::result_of(f, D::variable(s, 0));
+  }();
   using Y = std::remove_cvref_t<decltype(y)>;
-  if constexpr (std::is_same_v<Y, D>) {
-    return y.tangent[0];
+  const auto slope_of = [](const auto& entry) {
+    if constexpr (detail::is_hash<S>) return S::digest(entry, 1);
+    else return entry.tangent[0];
+  };
+  if constexpr (std::is_same_v<Y, Argument>) {
+    return slope_of(y);
   } else {
-    static_assert(std::is_same_v<typename Y::Scalar, D>,
+    static_assert(std::is_same_v<typename Y::Scalar, Argument>,
                   "qdot: the function must return the scalar type of its argument, or a matrix of it");
     Matrix<S, Y::RowsAtCompileTime, Y::ColsAtCompileTime> slope(y.rows(), y.cols());
     for (Eigen::Index j = 0; j < y.cols(); ++j)
-      for (Eigen::Index i = 0; i < y.rows(); ++i) slope(i, j) = y(i, j).tangent[0];
+      for (Eigen::Index i = 0; i < y.rows(); ++i) slope(i, j) = slope_of(y(i, j));
     return slope;
   }
 }

@@ -3,11 +3,11 @@
 //
 // A loop that the compiler sees through.
 //
-// Code that is fast because of what is zero, or because everything stays in registers, must be straight-line code. Compilers unroll
+// Code that is fast because everything stays in registers, or because the compiler carries it out while it compiles, has no loops. Compilers unroll
 // loops that are short already; this one is unrolled however long it is.
 //
-// The library's own is inlined always. The users' is not by GCC, which would then not know in time what a user's functor calls
-// (mechanics/equations/straight_line.hpp).
+// The library's own is inlined always. The users' is not by GCC, which prepares functions in the order of their calls, but does not count calls from
+// functions that are inlined always: it would not know in time what a user's functor calls, and find no hash of it (mechanics/derive/fingerprint.hpp).
 
 #include <type_traits>
 #include <utility>
@@ -57,7 +57,7 @@ constexpr void unroll_for_users(F& f, std::integer_sequence<int, Is...>) {
 
 /// Calls f(0), f(1), …, f(n − 1) with arguments known to the compiler: a loop that it sees through.
 ///
-/// An energy that sums over its bodies with this instead of `for` is evaluated as straight-line code.
+/// An energy needs it only where an index chooses types. A `for` in its place is as fast.
 template <int n, class F>
 #ifdef __clang__
 [[gnu::always_inline]]

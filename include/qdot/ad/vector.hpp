@@ -12,6 +12,7 @@
 #include <complex>
 #include <type_traits>
 
+#include "qdot/ad/unroll.hpp"
 #include "qdot/error.hpp"
 
 #if !EIGEN_VERSION_AT_LEAST(3, 4, 0)
@@ -102,6 +103,25 @@ Vector<double, n> vector_at(const double* first, Eigen::Index count) {
   x.resize(count);
   std::copy_n(first, count, x.data());
   return x;
+}
+
+// Whether all numbers are finite, by their sum, which is not where one of them is not. Of packs for each. A sum begins with −0, the zero that adds
+// nothing: 0 + x would have to be computed, for an x that is −0.
+template <class Number>
+[[gnu::always_inline]] inline auto is_finite(const Number& sum) {
+  if constexpr (std::is_same_v<Number, double>) return static_cast<bool>(__builtin_isfinite(sum));
+  else return sum - sum == 0.0;
+}
+
+// Numbers that will be read in pairs: a processor that finds a store narrower than the load waits for it.
+template <int n>
+[[gnu::always_inline]] inline void write_in_pairs(double* to, const double* from) {
+  using Two = double __attribute__((vector_size(16)));
+  unroll<n / 2>([&](auto k) __attribute__((always_inline)) {
+    const Two two{from[2 * k], from[2 * k + 1]};
+    __builtin_memcpy(to + 2 * k, &two, sizeof two);
+  });
+  if constexpr (n % 2 == 1) to[n - 1] = from[n - 1];
 }
 
 // Whether a factorization is one: its info() is Eigen::Success, a name that X11 makes a macro.

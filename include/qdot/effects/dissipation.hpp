@@ -34,33 +34,12 @@ struct RayleighFunction {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    if constexpr (detail::moves_by_jets<S, n>) return force_by_jets(q, qdot, t);
-    else return force_by_duals(q, qdot, t);
-  }
-  template <class S, int n>
-  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return -gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
       return D(detail::of_state(R, Vector<D, n>(q.template cast<D>()), v, D(t)));
     }), qdot);
   }
 
- private:
-  // Jets in the direction of velocities; positions and time are constants.
-  template <class S, int n>
-  [[gnu::flatten]] Vector<S, n> force_by_jets(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    using Number = detail::PositionJet<n>;
-    Vector<Number, n> x, v;
-    detail::unroll<n>([&](auto i) __attribute__((always_inline)) {
-      x[i] = Number(q[i]);
-      v[i] = Number::template coordinate<i>(qdot[i], S(0.0));
-      v[i].has_rate = 0;
-    });
-    Vector<S, n> Q = Vector<S, n>::Zero();
-    detail::ComponentMask present = 0;
-    detail::add_gradient(Q, present, -1.0, Number(detail::of_state(R, x, v, Number(t))));
-    return Q;
-  }
 };
 
 /// The dissipation of the Rayleigh function R(q, qdot) or R(q, qdot, t)   [power].
@@ -87,12 +66,7 @@ struct ViscousDamping {
   template <class S>
   Vector<S, n> force(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
     Vector<S, n> Q(qdot.size());
-    const auto damp = [&](auto i) __attribute__((always_inline)) { Q[i] = -c[i] * qdot[i]; };
-    if constexpr (detail::moves_by_jets<S, n>) {
-      detail::unroll<n>(damp);
-    } else {
-      for (Eigen::Index i = 0; i < qdot.size(); ++i) damp(i);
-    }
+    for (Eigen::Index i = 0; i < qdot.size(); ++i) Q[i] = -c[i] * qdot[i];
     return Q;
   }
   /// Adds ∂Q/∂(q, q̇) to n rows of 2n slopes: −c at each coordinate's own velocity, known without dual numbers.
@@ -136,13 +110,7 @@ struct RegularizedFriction {
     using std::tanh;
     const S drag = -F * tanh(qdot[coordinate] * (1.0 / v0));  // a quotient that does not wait for q̇
     Vector<S, n> Q = Vector<S, n>::Zero(qdot.size());
-    if constexpr (detail::moves_by_jets<S, n>) {
-      detail::unroll<n>([&](auto i) __attribute__((always_inline)) {  // entries that stay in registers
-        if (i == coordinate) Q[i] = drag;
-      });
-    } else {
-      Q[coordinate] = drag;
-    }
+    Q[coordinate] = drag;
     return Q;
   }
 };
@@ -198,25 +166,9 @@ struct SpringDamper {
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return pull(damping<S>(), q, qdot, t);
   }
-  template <class S, int n>
-  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    return pull_by_duals(damping<S>(), q, qdot, t);
-  }
-  /// Spring and damper together.
-  template <class S, int n>
-  Vector<S, n> force_with_potential(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    return pull([this](const S& l, const S& rate) { return S(k * (l - rest_length) + c * rate); }, q, qdot, t);
-  }
-
   /// Forces of a tension f(length, rate) between the two points.
   template <class Law, class S, int n>
   Vector<S, n> pull(const Law& f, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    if constexpr (detail::moves_by_jets<S, n>) return pull_by_jets(f, q, qdot, t);
-    else return pull_by_duals(f, q, qdot, t);
-  }
-  /// The same for scalars that have no shorter way.
-  template <class Law, class S, int n>
-  Vector<S, n> pull_by_duals(const Law& f, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return length(x, s); }, q, qdot, t);
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& x) {
       using D = typename std::remove_cvref_t<decltype(x)>::Scalar;
@@ -228,16 +180,6 @@ struct SpringDamper {
   template <class S>
   auto damping() const {
     return [this](const S&, const S& rate) { return S(c * rate); };
-  }
-
-  template <class Law, class S, int n>
-  [[gnu::flatten]] Vector<S, n> pull_by_jets(const Law& f, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    const detail::MovingCoordinates<n> moving(q, qdot, t);
-    const detail::PositionJet<n> l = length(moving.q, moving.t).whole();
-    Vector<S, n> Q = Vector<S, n>::Zero();
-    detail::ComponentMask present = 0;
-    detail::add_gradient(Q, present, S(-f(l.value, detail::rate_of(l))), l);
-    return Q;
   }
 };
 
@@ -266,10 +208,6 @@ struct TensionBetween {
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return line.pull(f, q, qdot, t);
-  }
-  template <class S, int n>
-  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    return line.pull_by_duals(f, q, qdot, t);
   }
 };
 

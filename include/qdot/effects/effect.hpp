@@ -22,9 +22,6 @@
 //     fit                  require_fit(q)                  nothing: throws, when the scene is made, if the effect can't act on
 //                                                          a system with as many coordinates as q has entries
 //
-// Two more say the same shorter or longer, for what is evaluated most and least often: force_with_potential(q, qdot, t), force and potential
-// in one, Q − ∂V/∂q; and force_by_duals(q, qdot, t), where force() of plain numbers has a shorter way (effects/equations/moving_points.hpp).
-//
 // q, qdot, z are vectors of any scalar, t is that scalar, and a role returns that scalar or a vector
 // of it. A role that is not there is not computed: the scene's equations are assembled at compile
 // time from the roles that its effects have, and no others. So a new effect is one new type, in the

@@ -8,9 +8,8 @@
 //     a force F at a point r(q)              Q = (∂r/∂q)ᵀ F
 //     a torque τ on a body with pose R(q)    Qᵢ = τ·ωᵢ ,   ωᵢ the angular velocity of q̇ = eᵢ
 //
-// Both are one evaluation of the user's r(q) or R(q) on numbers that carry derivatives (effects/equations/moving_points.hpp, or duals);
-// no Jacobian is written. Forces on points may depend on where the point is and how it moves, which is what drag, springs to the wall
-// and magnets need.
+// Both are evaluations of the user's r(q) or R(q) on dual numbers; no Jacobian is written. Forces on points may depend on where the point is and how it
+// moves, which is what drag, springs to the wall and magnets need.
 
 #include <type_traits>
 #include <utility>
@@ -20,10 +19,8 @@
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/effects/effect.hpp"
-#include "qdot/effects/equations/moving_points.hpp"
 #include "qdot/effects/equations/functors.hpp"
 #include "qdot/error.hpp"
-#include "qdot/mechanics/equations/moving_positions.hpp"
 #include "qdot/mechanics/rotation.hpp"
 #include "qdot/mechanics/velocity.hpp"
 
@@ -70,11 +67,6 @@ struct ForceAtPoint {
   template <class S, int n>
     requires detail::may_take<F, S>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    if constexpr (detail::moves_by_jets<S, n> && Point<n>::RowsAtCompileTime != Dynamic) return force_by_jets(q, qdot, t);
-    else return force_by_duals(q, qdot, t);
-  }
-  template <class S, int n>
-  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     const auto moving = value_and_velocity_of([&](const auto& x, const auto& s) { return detail::of_position(r, x, s); },
                                               q, qdot, t);
     using Spatial = std::remove_cvref_t<decltype(moving.value)>;
@@ -90,26 +82,6 @@ struct ForceAtPoint {
   }
 
  private:
-  template <class S, int n>
-  [[gnu::flatten]] Vector<S, n> force_by_jets(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    constexpr int axes = Point<n>::RowsAtCompileTime;
-    using Number = detail::PositionJet<n>;
-    const detail::MovingCoordinates<n> moving(q, qdot, t);
-    const auto point = detail::of_position(r, moving.q, moving.t);
-    Number x[axes];
-    Vector<S, axes> position, velocity;
-    detail::unroll<axes>([&](auto c) __attribute__((always_inline)) {
-      x[c] = Number(point[c]).whole();
-      position[c] = x[c].value;
-      velocity[c] = detail::rate_of(x[c]);
-    });
-    const auto force = detail::force_vector<S, axes>(applied(position, velocity, t), axes, "the force at a point");
-    Vector<S, n> Q = Vector<S, n>::Zero();
-    detail::ComponentMask present = 0;
-    detail::unroll<axes>([&](auto c) __attribute__((always_inline)) { detail::add_gradient(Q, present, force[c], x[c]); });
-    return Q;
-  }
-
   template <class Spatial, class S>
   auto applied(const Spatial& position, const Spatial& velocity, const S& t) const {
     constexpr bool is_vector = requires { F::RowsAtCompileTime; };  // Eigen's vectors can be called too, with an index
@@ -149,11 +121,6 @@ struct TorqueOnBody {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    if constexpr (detail::moves_by_jets<S, n>) return force_by_jets(q, t);
-    else return force_by_duals(q, qdot, t);
-  }
-  template <class S, int n>
-  Vector<S, n> force_by_duals(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
     // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇. A known rotation has Ω in closed form, and τ·ω = Rᵀτ·Ω.
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
@@ -176,56 +143,6 @@ struct TorqueOnBody {
         return D(D(tau[0]) * omega[0] + D(tau[1]) * omega[1] + D(tau[2]) * omega[2]);
       });
     }), qdot);
-  }
-
- private:
-  // τ·ω with ω from [ω×] = ṘRᵀ: Qᵢ = Σ W_jk ∂R_jk/∂qᵢ, where the rows of W are τ_y R_z, τ_z R_x, τ_x R_y.
-  template <class S, int n>
-  [[gnu::flatten]] Vector<S, n> force_by_jets(const Vector<S, n>& q, const S& t) const {
-    const Vector<S, 3> tau = detail::of_time(torque, t).template cast<S>();
-    using Number = detail::PositionJet<n>;
-    const detail::MovingCoordinates<n> moving(q, q, t);  // at whatever velocity
-    const auto rotation = detail::of_position(R, moving.q, moving.t);
-    Vector<S, n> Q = Vector<S, n>::Zero();
-    Q[0] = 0.0 * (tau[0] + tau[1] + tau[2]);  // torques that are not finite do not vanish about axes that do not turn
-    detail::ComponentMask present = 1;
-    if constexpr (detail::is_known_rotation<std::remove_cvref_t<decltype(rotation)>>) {
-      if (rotation.is_as_made()) return force_by_turning<Number>(rotation, tau, Q, present);
-    }
-    return force_by_entries<Number>(rotation, tau, Q, present);
-  }
-  // Qᵢ = Rᵀτ · ∂Ω/∂q̇ᵢ.
-  template <class Number, class Rotation, class S, int n>
-  [[gnu::always_inline]] static Vector<S, n> force_by_turning(const Rotation& rotation, const Vector<S, 3>& tau, Vector<S, n>& Q,
-                                                              detail::ComponentMask& present) {
-    using Rate = detail::EulerLagrange<n>;
-    const detail::MovingPositions<Rate> positions;
-    const auto omega = detail::known_angular_velocity<Rate>(rotation, detail::FollowBy<detail::MovingPositions<Rate>>{positions});
-    detail::unroll<3>([&](auto a) __attribute__((always_inline)) {
-      S along = 0.0;
-      detail::unroll<3>([&](auto k) __attribute__((always_inline)) { along += tau[k] * Number(rotation.coeff(k, a)).value; });
-      detail::unroll<n>([&](auto i) __attribute__((always_inline)) {
-        const detail::Present turns = detail::has(omega[a].g_mask, i);
-        Q[i] = detail::sum_of(detail::has(present, i), Q[i], turns, detail::product_if(turns, along, omega[a].template g<i>()));
-        present |= detail::bit(turns, i);
-      });
-    });
-    return Q;
-  }
-  template <class Number, class Rotation, class S, int n>
-  [[gnu::always_inline]] static Vector<S, n> force_by_entries(const Rotation& rotation, const Vector<S, 3>& tau, Vector<S, n>& Q,
-                                                              detail::ComponentMask& present) {
-    detail::unroll<3>([&](auto j) __attribute__((always_inline)) {
-      detail::unroll<3>([&](auto k) __attribute__((always_inline)) {
-        constexpr int row = j, column = k, next = (row + 1) % 3, last = (row + 2) % 3;
-        const S other = Number(rotation(last, column)).value;
-        const detail::Present counts = detail::may_differ_from_zero(other);
-        Number entry(rotation(row, column));
-        if (!counts) entry = Number(0.0);
-        detail::add_gradient(Q, present, counts ? S(tau[next] * other) : S(0.0), entry);
-      });
-    });
-    return Q;
   }
 };
 

@@ -82,9 +82,6 @@ class Scene {
   /// Whether any effect has a force, or a state of its own other than the phase of a contact.
   static constexpr bool has_forces = (ForceEffect<Effects, dof_at_compile_time> || ...) ||
                                      ((StateEffect<Effects> && !UnilateralEffect<Effects, dof_at_compile_time>) || ...);
-  /// Whether effects add potentials to V and no other terms to L.
-  static constexpr bool adds_potentials_only = (PotentialEffect<Effects, dof_at_compile_time> || ...) &&
-                                               !(LagrangianEffect<Effects, dof_at_compile_time> || ...);
   static constexpr bool has_states = (StateEffect<Effects> || ...);  ///< whether any effect has states of its own
   /// Whether any effect constrains the motion, at least in some phases.
   static constexpr bool has_constraints = (ConstraintEffect<Effects, dof_at_compile_time> || ...);

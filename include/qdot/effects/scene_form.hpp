@@ -63,13 +63,13 @@ class SceneForm {
     requires(is_traced || has_traced_jacobian || detail::may_keep_lines<typename Sc::SystemType::EnergiesType, n>)
   {
     if constexpr (has_traced_jacobian) jacobian_.renew(recordable());
-    if constexpr (has_rates) rates_.renew();
+    if constexpr (has_rates) rates_.renew(recordable());
     if constexpr (has_projection_lines) projection_.renew();
     if constexpr (is_traced) traced_.renew(recordable());
     detail::renew_lines(scene_, scene_.system());
   }
 
-  /// Says that a run of this begins, which may be long (mechanics/derive/solved_rates.hpp).
+  /// Says that a run of this begins, which may be long (effects/rows/projection_lines.hpp).
   void expect_long_run()
     requires has_projection_lines
   {
@@ -87,7 +87,8 @@ class SceneForm {
   std::string way_taken() const {
     std::string way;
     if constexpr (has_rates)
-      if (rates_.are_kept()) return detail::way_of_lines(rates_.are_native(), scene_.system().kept_lines()->by(), false);
+      if (const auto* const lines = rates_.latest(*scene_.system().kept_lines(), detail::run_any_scene<Sc>))
+        return detail::way_of_lines(detail::are_native(*lines), scene_.system().kept_lines()->by(), false);
     if constexpr (is_traced)
       use_traced([&](Traced& traced) {
         way = detail::way_of_lines(traced.are_native(), scene_.system().kept_lines()->by(), traced.are_long());

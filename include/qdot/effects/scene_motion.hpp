@@ -21,10 +21,10 @@
 #include <type_traits>
 
 #include "qdot/effects/equations/effect_forces.hpp"
+#include "qdot/effects/equations/recordable_scene.hpp"
 #include "qdot/effects/equations/shared_forces.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/constraint_geometry.hpp"
-#include "qdot/effects/rows/recordable_scene.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -117,8 +117,6 @@ template <class Sc>
       const Coordinates<Sc> Q = [&]() -> Coordinates<Sc> {
         if constexpr (StateEffect<E>) {
           return e.force(q, qdot, Vector<double, states_of<E>()>(z.template segment<states_of<E>()>(first)), t);
-        } else if constexpr (requires { e.force_by_duals(q, qdot, t); }) {
-          return e.force_by_duals(q, qdot, t);  // which says the same with and without the optimizer
         } else {
           return e.force(q, qdot, t);
         }
@@ -205,6 +203,33 @@ inline auto any_constrained_acceleration(const Sc& scene, const Coordinates<Sc>&
   return longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
 }
 
+// The same, λ the shortest where rows depend on each other.
+template <class Sc, class Solution>
+Solution with_shared_forces(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t, const EffectStates<Sc>& z, Solution solution) {
+  if constexpr (Sc::has_phases && Sc::constraints_at_compile_time != Dynamic) {
+    if (solution.rank < asked(scene, z)) ActiveRows<Sc>(scene, t, q, qdot, z, solution.lambda).split(t, q, qdot, z, solution.lambda);
+  }
+  return solution;
+}
+
+// q̈ and λ in phases that are tried: no lines are derived for these.
+template <class Sc>
+auto constrained_without_lines(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t, const EffectStates<Sc>& z, double cutoff) {
+  return with_shared_forces(scene, q, qdot, t, z, longer_constrained_acceleration(scene, q, qdot, t, z, cutoff));
+}
+template <class Sc>
+Coordinates<Sc> acceleration_without_lines(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t, const EffectStates<Sc>& z) {
+  if constexpr (Sc::has_constraints)
+    if (!is_free(scene, z)) return longer_constrained_acceleration(scene, q, qdot, t, z, default_rank_cutoff).qddot;
+  if constexpr (Sc::has_lasting_constraints) {
+    return Coordinates<Sc>();
+  } else if constexpr (Sc::has_forces) {
+    return longer_scene_acceleration(scene, q, qdot, t, z);
+  } else {
+    return acceleration(scene.system(), q, qdot, t);
+  }
+}
+
 }  // namespace detail
 
 /// Accelerations and multipliers of a scene with constraints; where rows depend on each other, the shortest within the bounds of contacts and friction.
@@ -219,11 +244,7 @@ inline auto constrained_acceleration(const Scene<Sys, Effects...>& scene, const 
                                      double t, const EffectStates<Scene<Sys, Effects...>>& z, double cutoff = default_rank_cutoff) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: multipliers need a scene with constraints");
-  auto solution = detail::any_constrained_acceleration<Sc>(scene, q, qdot, t, z, cutoff);
-  if constexpr (Sc::has_phases && Sc::constraints_at_compile_time != Dynamic) {
-    if (solution.rank < detail::asked(scene, z)) detail::ActiveRows<Sc>(scene, t, q, qdot, z, solution.lambda).split(t, q, qdot, z, solution.lambda);
-  }
-  return solution;
+  return detail::with_shared_forces(scene, q, qdot, t, z, detail::any_constrained_acceleration<Sc>(scene, q, qdot, t, z, cutoff));
 }
 
 template <class Sys, class... Effects>
@@ -245,15 +266,7 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const Coordin
     double ydot[2 * n + Sc::states_at_compile_time];
     if (detail::rates_by_lines(scene, q, qdot, t, z, ydot)) return Eigen::Map<const Coordinates<Sys>>(ydot + n);
   }
-  if constexpr (Sc::has_constraints)
-    if (!detail::is_free(scene, z)) return detail::longer_constrained_acceleration<Sc>(scene, q, qdot, t, z, default_rank_cutoff).qddot;
-  if constexpr (Sc::has_lasting_constraints) {
-    return Coordinates<Sys>();
-  } else if constexpr (Sc::has_forces) {
-    return detail::longer_scene_acceleration(scene, q, qdot, t, z);
-  } else {
-    return acceleration(scene.system(), q, qdot, t);
-  }
+  return detail::acceleration_without_lines(scene, q, qdot, t, z);
 }
 
 template <class Sys, class... Effects>

@@ -17,8 +17,8 @@
 // Where lines give no number that is finite, duals are asked as well: they know that a constant has no derivative, however steep the root of it is.
 // What is not finite then is an error. Runs ask a form (mechanics/first_order_form.hpp).
 //
-// Tried and taken away: straight-line code for up to four coordinates, by T and V on dual numbers within the scalar of Lagrange's equations. It was a
-// fifth of the code that a program with an implicit method compiled. A record of dual numbers, swept forward and back, was a seventh.
+// Tried and taken away: code that the compiler finds, for up to four coordinates, by T and V on dual numbers within a scalar of Lagrange's equations. It
+// was a fifth of the code that a program with an implicit method compiled. A record of dual numbers, swept forward and back, was a seventh.
 
 #include <algorithm>
 #include <vector>
@@ -141,7 +141,7 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
   detail::require_sizes(system, q, qdot);
   const Eigen::Index size = system.dof();
   AccelerationJacobian<n> result{Vector<double, n>(size), Matrix<double, n>(size, size), Matrix<double, n>(size, size)};
-  if constexpr (inertia == Inertia::positive_definite && n >= 1 && n <= detail::straight_line_limit) {
+  if constexpr (inertia == Inertia::positive_definite && n >= 1 && n <= detail::unrolled_limit) {
     const auto written = [&](const detail::DerivedLines& lines) { return detail::jacobian_by_lines<n>(lines, q, qdot, t, result); };
     if (detail::with_lines_and_slopes<n>(system.kept_lines(), system.energies(), detail::AtState{q.data(), qdot.data(), t}, written)) return result;
   }

@@ -3,8 +3,8 @@
 //
 // The ways from T and V to M and r, where one wants to choose.
 //
-// By itself the library takes the fastest way that T and V allow: straight-line code that the compiler writes, or formulas that are recorded once and
-// carried out line by line, at first by an interpreter and soon by machine code (mechanics/mass_and_rhs.hpp). All give the same numbers up to rounding.
+// By itself the library takes the fastest way that T and V allow: formulas that are recorded once and carried out line by line, at first by an
+// interpreter and soon by machine code (mechanics/derive/kept_rates.hpp). All give the same numbers up to rounding.
 // Each can be asked for, to compare them, or to find out which one is at fault:
 //
 //     acceleration(system, q, qdot, t, By::duals)                  one evaluation

@@ -98,7 +98,7 @@ template <class E, int n, Inertia inertia, class S>
                                                  Vector<S, n>& a) {
   if constexpr (std::is_same_v<S, double> && inertia == Inertia::positive_definite) {
     const AccelerationTo<n> use{a.data(), singular_pivot<double>(at.size())};
-    if (with_longer_mass_and_rhs<n>(system.energies(), at, velocity, t, use, system.kept_lines())) return;
+    if (with_mass_and_rhs<n>(system.energies(), at, velocity, t, use, system.kept_lines())) return;
   }
   a = general_acceleration<E, n, inertia, S>(system, at, velocity, t);
 }

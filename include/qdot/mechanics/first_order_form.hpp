@@ -90,7 +90,7 @@ class FirstOrderForm {
   {
     detail::renew_lines(system_, system_);
     if constexpr (has_traced_jacobian) jacobian_.renew(recordable());
-    if constexpr (has_rates) rates_.renew();
+    if constexpr (has_rates) rates_.renew(recordable());
     if constexpr (detail::TracedSystem<Sys>) traced_.renew(recordable());
     inertia_ = detail::ConstantInertia<Sys>(system_);
   }
@@ -115,7 +115,8 @@ class FirstOrderForm {
   std::string way_taken() const {
     std::string way;
     if constexpr (has_rates)
-      if (rates_.are_kept()) return detail::way_of_lines(rates_.are_native(), system_.kept_lines()->by(), false);
+      if (const auto* const lines = rates_.latest(*system_.kept_lines(), detail::run_system<Sys>))
+        return detail::way_of_lines(detail::are_native(*lines), system_.kept_lines()->by(), false);
     if constexpr (detail::TracedSystem<Sys>)
       use_traced([&](detail::TracedRates& m) {
         way = detail::way_of_lines(m.are_native(), system_.kept_lines()->by(), m.are_long());
@@ -147,7 +148,7 @@ class FirstOrderForm {
     }
     const Vector<double, n> q = detail::vector_at<n>(y, dof), qdot = detail::vector_at<n>(y + dof, dof);
     if constexpr (detail::may_keep_inertia<Sys>) {
-      if (inertia_.is_known() && system_.kept_lines()->may_be_straight()) {
+      if (inertia_.is_known() && system_.kept_lines()->is_fastest()) {
         const Vector<double, Dynamic> a = inertia_.acceleration(system_, q, t);
         detail::require_finite_acceleration(system_, a, q, qdot, t);
         std::copy_n(a.data(), a.size(), rates);

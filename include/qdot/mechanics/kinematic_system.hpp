@@ -22,9 +22,6 @@
 // R may be made of Euler angles, quaternions or anything else (rotation.hpp). No velocity is written. The result is a
 // system like any other, with T = Σ ½ m ṙ·ṙ + ½ Ω·I Ω, and everything that works for T and V works for it: energy and
 // momenta, effects, steppers, exact Jacobians.
-//
-// In straight-line code a velocity costs first derivatives of its position in all directions, and second ones along the motion
-// (mechanics/equations/moving_positions.hpp).
 
 #include <array>
 #include <type_traits>

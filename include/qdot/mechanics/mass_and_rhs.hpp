@@ -4,15 +4,13 @@
 // M and r of Lagrange's equations M q̈ = r at a state: what everything else is made of.
 //
 //     q̈ = M⁻¹ (r + Q)                     accelerations, with applied forces Q
-//     M q̈ − Jᵀλ = r + Q ,  J q̈ = γ        with constraints (effects/equations/constrained_equations.hpp)
+//     M q̈ − Jᵀλ = r + Q ,  J q̈ = γ        with constraints (effects/rows/constrained_solve.hpp)
 //     M alone                             impacts, projections, momenta
 //
-// There are several ways to M and r, and with_mass_and_rhs() is the ladder of them. Its steps are straight-line code (mechanics/equations/straight_line.hpp),
-// lines that are derived once (mechanics/derive/kept_lines.hpp), and a band, of more than 32 coordinates whose number is known at run time
-// (mechanics/equations/banded_equations.hpp). A caller passes an object `use` down the ladder, and each way ends by calling it with what it has found:
+// There are several ways to M and r: lines that are derived once (mechanics/derive/kept_lines.hpp), and a band, of more than 32 coordinates whose number is
+// known at run time (mechanics/equations/banded_equations.hpp). A caller passes an object `use` to with_mass_and_rhs(), and each way ends by calling it with
+// what it has found:
 //
-//     use.packed(at, M, r, present)    lower triangle, r, and the entries of M that are not always zero; inlined into the straight-line
-//                                      code, so that what is zero for all states is not computed with
 //     use.full(at, M, r)               lower triangle and r
 //     use.rows<blocks>(at, n, M, r)    rows of 4·blocks numbers, lower triangle of blocks, and r
 //     use.by_solution(at, lines, x)    lines that go on to q̈, of uses that want nothing else
@@ -20,7 +18,6 @@
 //
 // All may be overwritten. `use` returns false where it does not like what it sees, a pivot that is not positive, a number that is not
 // finite. Then, and where there is no way at all, the general one by nested duals (mechanics/equations/lagrange_terms.hpp) looks again and names what is wrong.
-// A system that is to be evaluated one way (mechanics/by.hpp) takes the steps of this way only.
 
 #include <algorithm>
 #include <cmath>
@@ -33,36 +30,18 @@
 #include "qdot/mechanics/equations/banded_equations.hpp"
 #include "qdot/mechanics/equations/block_solve.hpp"
 #include "qdot/mechanics/equations/solve.hpp"
-#include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot {
 
 namespace detail {
 
-// Above this many coordinates the straight-line code is compiled once for all uses that are `shared`, and not for each of them.
-inline constexpr int inlined_uses_limit = 4;
-
-template <int n, class E>
-bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M, double* r, KeptLines* kept = nullptr);
-
 // Some uses want M within its band, however few coordinates there are.
 template <class Use>
 inline constexpr bool wants_band = requires { Use::wants_band; };
 
-// Whether a step of the ladder that records no formulas may be taken.
-inline bool may_be_straight(const KeptLines* kept) { return !kept || kept->may_be_straight(); }
-
-// The first step of the ladder: straight-line code.
+// Calls `use` with M and r at a state; false where there is no way but the general one. `kept`: the lines of these energies, if they are kept.
 template <int n, class E, class Use>
-inline bool with_shortest_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, const KeptLines* kept) {
-  if (!may_be_straight(kept)) return false;
-  if constexpr (straight_line_pays && n >= 1 && n <= straight_line_limit) return straight_line_equations<n>(e, AtState{q.data(), qdot.data(), t}, use);
-  else return false;
-}
-
-// The others.
-template <int n, class E, class Use>
-bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
+bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
   if constexpr (may_keep_lines<E, n> && !wants_band<Use>) {
     const auto evaluated = [&](const DerivedLines& lines) { return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, use); };
     if (with_lines<n>(kept, e, AtState{q.data(), qdot.data(), t, static_cast<int>(q.size())}, evaluated)) return true;
@@ -76,33 +55,20 @@ bool with_longer_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vect
   return false;
 }
 
-// Calls `use` with M and r at a state; false where there is no way but the general one. `kept`: the lines of these energies, if they are kept.
-template <int n, class E, class Use>
-bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
-  if constexpr (Use::shared && n > inlined_uses_limit && n <= straight_line_limit) {
-    double M[n * (n + 1) / 2], r[n];
-    return packed_equations<n>(e, q, qdot, t, M, r, kept) && use.full(AtState{q.data(), qdot.data(), t}, M, r);
-  } else {
-    return with_shortest_mass_and_rhs<n>(e, q, qdot, t, use, kept) || with_longer_mass_and_rhs<n>(e, q, qdot, t, use, kept);
-  }
-}
-
 // A use: q̈ = M⁻¹ (r + Q), written to `qddot`. Q is read where `forced`.
 template <int n, bool forced = false>
 struct AccelerationTo {
-  static constexpr bool shared = false;
   double* qddot;
   double threshold;  // pivots below this fraction of their diagonal entry are none
   const double* Q = nullptr;
 
-  [[gnu::always_inline]] bool packed(const AtState&, double* M, double* r, ComponentMask present) const {
+  bool full(const AtState&, double* M, double* r) const {
     if constexpr (forced) unroll<n>([&](auto i) __attribute__((always_inline)) { r[i] += Q[i]; });
-    if (!solved_in_place<n>(M, r, threshold, present)) return false;
+    if (!solved_in_place<n>(M, r, threshold)) return false;
     double sum = -0.0;
     unroll<n>([&](auto i) __attribute__((always_inline)) { sum += qddot[i] = r[i]; });
     return is_finite(sum);
   }
-  bool full(const AtState& at, double* M, double* r) const { return packed(at, M, r, ~ComponentMask(0)); }
   static constexpr bool is_forced = forced;
   bool by_solution(const AtState&, const DerivedLines& lines, double* x) const {
     return lines.write_accelerations<n>(x, forced ? Q : nullptr, threshold, qddot);
@@ -132,12 +98,10 @@ struct AccelerationTo {
 // A use: a copy of M, whole, and of r.
 template <int n>
 struct CopyTo {
-  static constexpr bool shared = true;
   Matrix<double, n>& M_out;
   Vector<double, n>& r_out;
 
-  [[gnu::always_inline]] bool packed(const AtState& at, const double* M, const double* r, ComponentMask) const { return full(at, M, r); }
-  [[gnu::always_inline]] bool full(const AtState&, const double* M, const double* r) const {
+  bool full(const AtState&, const double* M, const double* r) const {
     double zero = 0.0;
     for (int i = 0; i < n; ++i) {
       zero += r[i] - r[i];
@@ -171,23 +135,9 @@ struct CopyTo {
   }
 };
 
-// A use: the lower triangle of M, packed, and r.
-template <int n>
-struct PackedTo {
-  static constexpr bool shared = false;
-  double *M_out, *r_out;
-
-  [[gnu::always_inline]] bool packed(const AtState& at, const double* M, const double* r, ComponentMask) const { return full(at, M, r); }
-  [[gnu::always_inline]] bool full(const AtState&, const double* M, const double* r) const {
-    for (int k = 0; k < n * (n + 1) / 2; ++k) M_out[k] = M[k];
-    for (int i = 0; i < n; ++i) r_out[i] = r[i];
-    return true;
-  }
-};
-
 // A use: M within its band, and r.
 struct BandTo {
-  static constexpr bool shared = true, wants_band = true;
+  static constexpr bool wants_band = true;
   BandedMatrix& M_out;
   Eigen::VectorXd& r_out;
 
@@ -213,23 +163,13 @@ extern template bool DerivedLines::with_mass_and_rhs<4>(const double*, const dou
 extern template bool DerivedLines::with_mass_and_rhs<4>(const double*, const double*, double, const CopyTo<4>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<5>(const double*, const double*, double, const AccelerationTo<5>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<5>(const double*, const double*, double, const AccelerationTo<5, true>&) const;
-extern template bool DerivedLines::with_mass_and_rhs<5>(const double*, const double*, double, const PackedTo<5>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<6>(const double*, const double*, double, const AccelerationTo<6>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<6>(const double*, const double*, double, const AccelerationTo<6, true>&) const;
-extern template bool DerivedLines::with_mass_and_rhs<6>(const double*, const double*, double, const PackedTo<6>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<7>(const double*, const double*, double, const AccelerationTo<7>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<7>(const double*, const double*, double, const AccelerationTo<7, true>&) const;
-extern template bool DerivedLines::with_mass_and_rhs<7>(const double*, const double*, double, const PackedTo<7>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<8>(const double*, const double*, double, const AccelerationTo<8>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<8>(const double*, const double*, double, const AccelerationTo<8, true>&) const;
-extern template bool DerivedLines::with_mass_and_rhs<8>(const double*, const double*, double, const PackedTo<8>&) const;
 #endif
-
-template <int n, class E>
-[[gnu::noinline]] bool packed_equations(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, double* M,
-                                        double* r, KeptLines* kept) {
-  return with_mass_and_rhs<n>(e, q, qdot, t, PackedTo<n>{M, r}, kept);
-}
 
 }  // namespace detail
 

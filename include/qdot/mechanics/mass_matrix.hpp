@@ -35,21 +35,4 @@ auto mass_matrix(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>
   else return detail::kinetic_hessian<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
 }
 
-namespace detail {
-
-// M for a watch, which asks now and then: of more than a few coordinates by lines, for straight-line code would be compiled once more for it.
-template <class E, int n, Inertia inertia>
-Matrix<double, n> mass_matrix_now_and_then(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
-  if constexpr (n > inlined_uses_limit) {
-    Matrix<double, n> M = zeros<Matrix<double, n>>(n, n);
-    Vector<double, n> r(n);
-    if (with_longer_mass_and_rhs<n>(system.energies(), q, qdot, t, CopyTo<n>{M, r}, system.kept_lines())) return M;
-    return general_mass_matrix<n>(system.energies(), q, qdot, t);
-  } else {
-    return mass_matrix(system, q, qdot, t);
-  }
-}
-
-}  // namespace detail
-
 }  // namespace qdot

@@ -78,7 +78,8 @@ ParameterJacobian<n, m> acceleration_jacobian_wrt_parameters(const F& energies_o
   const auto plain = energies_of(p);
   using Energies = std::remove_cvref_t<decltype(plain)>;
   static_assert(detail::require_energies<Energies, n>());
-  const System<Energies, n> system(plain, q.size());
+  System<Energies, n> system(plain, q.size());
+  system.keep(detail::KeptLines::none());
   detail::require_sizes(system, q, qdot);
   ParameterJacobian<n, m> result;
   result.qddot.resize(q.size());

@@ -197,16 +197,7 @@ auto kinetic_energy_of_body(const RigidBody& body, const Rotation& rotation, con
   const Vector<S, 3> v = velocity_of(position, q, qdot, t...);
   return detail::along_motion<S>(rotation, q, qdot, [&](const auto& R, const auto& follow) __attribute__((always_inline)) {
     const Vector<S, 3> omega = detail::angular_velocity_along<detail::Axes::of_body, S>(R, follow);
-    if constexpr (detail::MovingPositions<S>::known) {  // which has no branches, and takes entry by entry (rotation.hpp)
-      const auto in_body_axes = [&](int i) __attribute__((always_inline)) {
-        return S(follow(R(0, i)).value * v[0] + follow(R(1, i)).value * v[1] + follow(R(2, i)).value * v[2]);
-      };
-      const Vector<S, 3> v_of_body(in_body_axes(0), in_body_axes(1), in_body_axes(2));
-      return S(0.5 * (body.mass * detail::dot(v, v) + detail::quadratic_form(body.inertia, omega)) +
-               body.mass * detail::triple_product(v_of_body, omega, body.centre));
-    } else {
-      return kinetic_energy_of_body(body, detail::followed<S>(R, follow).value, v, omega);
-    }
+    return kinetic_energy_of_body(body, detail::followed<S>(R, follow).value, v, omega);
   }, t...);
 }
 

@@ -192,7 +192,8 @@ template <class V>
 auto rotation_from_vector(const Eigen::MatrixBase<V>& v) {
   using S = typename V::Scalar;
   static_assert(detail::require_real<S>());
-  const detail::Stumpff<S> of = detail::stumpff<2>(S(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+  constexpr int count = detail::remembers_rotations<S> ? 4 : 2;
+  const detail::Stumpff<S> of = detail::stumpff<count>(S(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
   const S a = of.c1, b = of.c2;
   // [v×]² = v vᵀ − θ² E
   const S v0 = v[0], v1 = v[1], v2 = v[2];
@@ -202,7 +203,7 @@ auto rotation_from_vector(const Eigen::MatrixBase<V>& v) {
   R(0, 0) = 1.0 - (y11 + y22), R(0, 1) = y01 - x2, R(0, 2) = y02 + x1;
   R(1, 0) = y01 + x2, R(1, 1) = 1.0 - (y22 + y00), R(1, 2) = y12 - x0;
   R(2, 0) = y02 - x1, R(2, 1) = y12 + x0, R(2, 2) = 1.0 - (y00 + y11);
-  detail::remember(R, v0, v1, v2);
+  detail::remember(R, v0, v1, v2, of.c1, of.c2, of.c3, of.c4);
   return R;
 }
 
@@ -227,8 +228,7 @@ namespace detail {
 
 enum class Axes { of_space, of_body };
 
-// The angular velocity from what R returned along the motion. In straight-line code from the entries of R and Ṙ as they are asked for:
-// matrices of large scalars are more than a compiler sees through.
+// The angular velocity from what R returned along the motion; of hashes a digest of R.
 template <Axes axes, class S, class R, class Follow>
 [[gnu::always_inline]] inline auto angular_velocity_along(const R& rotation, const Follow& follow) {
   if constexpr (axes == Axes::of_body && is_known_rotation<std::remove_cvref_t<R>>) {
@@ -241,16 +241,6 @@ template <Axes axes, class S, class R, class Follow>
     unroll<8>([&](auto k) __attribute__((always_inline)) { all = S::joined(all, S(entries[k + 1])); });
     constexpr int first = axes == Axes::of_body ? 1 : 4;
     return Vector<S, 3>(S::digest(all, first), S::digest(all, first + 1), S::digest(all, first + 2));
-  } else if constexpr (MovingPositions<S>::known) {
-    const auto& matrix = rotation.eval();
-    const auto* const r = matrix.data();
-    constexpr bool columns = axes == Axes::of_body;  // of R times columns of Ṙ, or rows times rows
-    constexpr int step = columns == bool(std::decay_t<decltype(matrix)>::IsRowMajor) ? 3 : 1, next = 4 - step;
-    const auto entry = [&](int i, int j) __attribute__((always_inline)) {
-      const auto *const a = r + next * (columns ? i : j), *const b = r + next * (columns ? j : i);
-      return S(follow(a[0]).value * follow(b[0]).rate + follow(a[step]).value * follow(b[step]).rate + follow(a[2 * step]).value * follow(b[2 * step]).rate);
-    };
-    return Vector<S, 3>(entry(2, 1), entry(0, 2), entry(1, 0));
   } else {
     const auto both = followed<S>(rotation, follow);
     if constexpr (axes == Axes::of_body) return Vector<S, 3>(body_angular_velocity(both.value, both.rate));

@@ -93,15 +93,11 @@ constexpr AlongMotion<S> moving_number(const S& value, const S& rate) {
 template <class Q, class Qdot, class... Time>
 using MotionScalar = std::decay_t<decltype(((std::declval<typename Q::Scalar>() + std::declval<typename Qdot::Scalar>()) + ... + std::declval<const Time&>()))>;
 
-// How a scalar follows a position along the motion without duals around it (mechanics/equations/moving_positions.hpp).
+// How a scalar follows a position along the motion without duals around it: hashes do (mechanics/derive/fingerprint.hpp).
 template <class S>
 struct MovingPositions {
   static constexpr bool known = false;
 };
-
-// Scalars of which the compiler knows numbers while it compiles: where there are several of them there is no loop.
-template <class S>
-inline constexpr bool is_seen_through = MovingPositions<S>::known || requires { requires S::is_seen_through; };
 
 // Vectors of values and rates → one vector of duals.
 template <class S, class Q, class Qdot>
@@ -113,8 +109,7 @@ auto moving_vector(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>&
   const auto set = [&](Eigen::Index i) __attribute__((always_inline)) {
     moving.data()[i] = moving_number<S>(S(q.derived().coeff(i)), S(qdot.derived().coeff(i)));
   };
-  if constexpr (is_seen_through<S> && n != Dynamic) unroll<n>(set);
-  else for (Eigen::Index i = 0; i < q.size(); ++i) set(i);
+  for (Eigen::Index i = 0; i < q.size(); ++i) set(i);
   return moving;
 }
 
@@ -133,10 +128,10 @@ struct FollowBy {
 };
 
 // Calls visit(entry, k) for the entries of a matrix, column by column, whichever way it is stored; without a loop where that counts.
-template <bool in_straight_lines, class Result, class Visit>
+template <bool is_unrolled, class Result, class Visit>
 void over_entries(const Result& matrix, const Visit& visit) {
   constexpr int size = Result::SizeAtCompileTime, rows = Result::RowsAtCompileTime, columns = Result::ColsAtCompileTime;
-  if constexpr (in_straight_lines && size != Dynamic) {
+  if constexpr (is_unrolled && size != Dynamic) {
     const auto* const entry = matrix.data();
     unroll<size>([&](auto k) __attribute__((always_inline)) { visit(entry[Result::IsRowMajor ? k % rows * columns + k / rows : k], k); });
   } else {
@@ -158,7 +153,7 @@ auto followed(const Result& result, const Follow& follow) {
   both.value.resize(matrix.rows(), matrix.cols());
   both.rate.resize(matrix.rows(), matrix.cols());
   S *const values = both.value.data(), *const rates = both.rate.data();
-  over_entries<is_seen_through<S>>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) {
+  over_entries<is_hash<S>>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) {
     const ValueAndRate<S> found = follow(entry);
     values[k] = found.value;
     rates[k] = found.rate;
@@ -179,7 +174,7 @@ PlainOf<S, Result> followed_rates(const Result& result, const Follow& follow) {
   PlainOf<S, Result> rate;
   rate.resize(matrix.rows(), matrix.cols());
   S* const rates = rate.data();
-  over_entries<is_seen_through<S>>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) { rates[k] = follow(entry).rate; });
+  over_entries<is_hash<S>>(matrix, [&](const auto& entry, auto k) __attribute__((always_inline)) { rates[k] = follow(entry).rate; });
   return rate;
 }
 
@@ -196,7 +191,6 @@ auto split(const Result& result) {
 }
 
 // Calls use(follow, x, t) with coordinates and a time that move; t only if it is given. follow(entry) is the value and the rate of an entry made of them.
-// Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells of euler_lagrange_of().
 template <class S, class Q, class Qdot, class Use, class... Time>
 auto with_moving(const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot, const Use& use, const Time&... t) {
   using Positions = MovingPositions<S>;

@@ -11,8 +11,8 @@
 // Derivatives are not taken. That of a function follows from its formula, so a hash of that stands for it: the function is run on arguments that are
 // marked, and what it returns is digested.
 //
-// Comparisons are answered by the guards of a branch, in their order, and what is compared goes into a hash of its own. Whatever a recording refuses,
-// or a comparison that the branch does not know, throws NoFormula.
+// Comparisons are answered as they were when a branch was recorded, in their order, and what is compared goes into a hash of its own. Whatever a recording
+// refuses, or a comparison that the branch does not know, throws NoFormula.
 
 #include <Eigen/Core>
 #include <bit>
@@ -23,7 +23,6 @@
 #include <type_traits>
 #include <vector>
 
-#include "qdot/ad/formula/branches.hpp"
 #include "qdot/ad/formula/formula_number.hpp"
 
 namespace qdot::formula {
@@ -33,16 +32,16 @@ struct NoFormula {};
 
 /// The answers to comparisons, and what has been compared.
 struct HashedComparisons {
-  const std::vector<Guard>* answers = nullptr;
-  const std::vector<bool>* equalities = nullptr;
-  std::size_t next = 0, next_equality = 0;
+  const std::vector<double>* answers = nullptr;
+  std::size_t next = 0;
   std::uint64_t hash = 0;
 
   /// Whether all have been given.
-  bool are_given() const {
-    return next == (answers ? answers->size() : 0) && next_equality == (equalities ? equalities->size() : 0);
-  }
+  bool are_given() const { return next == (answers ? answers->size() : 0); }
 };
+
+// Of arguments that are constants. Comparisons of these throw, so nothing is ever written here.
+inline constinit HashedComparisons nothing_compared{};
 
 /// A number of a formula, known by its hash; of a constant its value.
 class Hashed : public FormulaNumber<Hashed> {
@@ -59,8 +58,6 @@ class Hashed : public FormulaNumber<Hashed> {
       : comparisons_(&comparisons), bits_(mixed(0x5bd1, static_cast<std::uint64_t>(i), 1)) {}
 
   bool is_constant() const { return comparisons_ == nullptr; }
-  /// The hash, or the bits of a constant.
-  constexpr std::uint64_t bits() const { return bits_; }
 
   [[gnu::always_inline]] friend Hashed operator-(const Hashed& x) { return x.comparisons_ ? -1.0 * x : Hashed(-x.constant()); }
   [[gnu::always_inline]] friend Hashed operator+(const Hashed& x, const Hashed& y) {
@@ -78,10 +75,7 @@ class Hashed : public FormulaNumber<Hashed> {
 
   friend bool operator==(const Hashed& x, const Hashed& y) {
     if (x.is_constant(y)) return x.constant() == y.constant();
-    HashedComparisons& c = *(x.comparisons_ ? x.comparisons_ : y.comparisons_);
-    if (c.equalities == nullptr || c.next_equality >= c.equalities->size()) throw NoFormula();
-    c.hash = mixed(11, c.hash, of_two(6, x, y).bits_);
-    return (*c.equalities)[c.next_equality++];
+    return answer(x, y, 11) != 0.0;
   }
   friend bool operator!=(const Hashed& x, const Hashed& y) { return !(x == y); }
   friend bool operator<(const Hashed& x, const Hashed& y) { return below(x, y, false); }
@@ -104,15 +98,15 @@ class Hashed : public FormulaNumber<Hashed> {
     return 1.0 / (c * c);
   }
   friend double innermost_value(const Hashed& x) { return x.known(); }
+  friend bool seen_to_be_one(const Hashed& x, const Hashed& y) { return x.comparisons_ == y.comparisons_ && x.bits_ == y.bits_; }
 
   /// An argument, number i, of a function of which a derivative is asked; with the rate at which it moves.
   [[gnu::always_inline]] static Hashed argument(const Hashed& x, int i) {
-    if (!x.comparisons_) throw NoFormula();
-    return Hashed(x.comparisons_, mixed(12, x.bits_, static_cast<std::uint64_t>(i)));
+    return Hashed(x.comparisons_ ? x.comparisons_ : &nothing_compared, mixed(12, x.bits_, static_cast<std::uint64_t>(i)));
   }
   [[gnu::always_inline]] static Hashed moving(const Hashed& x, const Hashed& rate) {
-    if (!x.comparisons_ && !rate.comparisons_) throw NoFormula();
-    return of_two(13, x, rate);
+    const Hashed moved = of_two(13, x, rate);
+    return Hashed(moved.comparisons_ ? moved.comparisons_ : &nothing_compared, moved.bits_);
   }
   /// A derivative of such a function that has returned y, number k from 1 on; with k = 0 its value.
   [[gnu::always_inline]] static Hashed digest(const Hashed& y, int k) {
@@ -162,8 +156,8 @@ class Hashed : public FormulaNumber<Hashed> {
     if (comparisons_) throw NoFormula();
     return constant();
   }
-  // The next guard, of a comparison of these.
-  static const Guard& answer(const Hashed& x, const Hashed& y, std::uint64_t kind) {
+  // The next answer, to a comparison of these.
+  static double answer(const Hashed& x, const Hashed& y, std::uint64_t kind) {
     HashedComparisons& c = *(x.comparisons_ ? x.comparisons_ : y.comparisons_);
     if (c.answers == nullptr || c.next >= c.answers->size()) throw NoFormula();
     c.hash = mixed(kind, c.hash, of_two(6, x, y).bits_);
@@ -171,13 +165,11 @@ class Hashed : public FormulaNumber<Hashed> {
   }
   static bool below(const Hashed& x, const Hashed& y, bool or_equal) {
     if (x.is_constant(y)) return or_equal ? x.constant() <= y.constant() : x.constant() < y.constant();
-    return answer(x, y, or_equal ? 7 : 8).sign > 0.0;
+    return answer(x, y, or_equal ? 7 : 8) != 0.0;
   }
   static Hashed rounded_down(const Hashed& x) {
     if (!x.comparisons_) return std::floor(x.constant());
-    const double level = answer(x, x, 9).level;
-    answer(x, x, 10);
-    return level;
+    return answer(x, x, 9);
   }
 
   HashedComparisons* comparisons_ = nullptr;  // of a constant: none

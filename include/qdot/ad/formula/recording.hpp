@@ -51,7 +51,7 @@ struct Recording {
   };
   Graph graph;
   std::vector<Assumption> assumptions;
-  std::vector<bool> equalities;  ///< what was answered where functors asked whether two numbers are equal
+  std::vector<double> answers;  ///< to all comparisons that functors made, in their order: 1 or 0; and what they were given by floor
   std::vector<Turning> turnings;
   std::string source = "T or V";  ///< what is being run, for messages
   Branches* branches = nullptr;   ///< values and guards, where comparisons are answered; lives elsewhere
@@ -130,7 +130,7 @@ class Recorded : public FormulaNumber<Recorded> {
     Recording& recording = x.recording_ ? *x.recording_ : *y.recording_;
     const Recorded d = x - y;
     const bool is_known = !d.recording_ && d.constant_ == 0.0;
-    recording.equalities.push_back(is_known);
+    recording.answers.push_back(is_known ? 1.0 : 0.0);
     if (d.recording_) recording.assumptions.push_back({d.node_, 0.0});
     return is_known;
   }
@@ -152,7 +152,8 @@ class Recorded : public FormulaNumber<Recorded> {
     if (!x.recording_) return Recorded(std::pow(x.constant_, exponent));
     if (exponent == 0.5 && x.recording_->branches != nullptr)
       if (const Node square = x.recording_->graph[x.node_]; square.kind == Kind::product && square.a == square.b)
-        return abs(Recorded(*x.recording_, square.a));
+        return is_below(Recorded(*x.recording_, square.a), 0.0, false, "the function ", "sqrt") ? -Recorded(*x.recording_, square.a)
+                                                                                                : Recorded(*x.recording_, square.a);
     return wrapped(*x.recording_, power_in(*x.recording_, x.node_, exponent));
   }
   friend Recorded pow(const Recorded& x, const Recorded& y) {
@@ -246,8 +247,13 @@ class Recorded : public FormulaNumber<Recorded> {
   static std::string place(const Recording& recording, const char* kind, const char* what) {
     return detail::sentence({kind, what, " in ", recording.source});
   }
-  // x < y, or x ≤ y.
-  [[gnu::noinline]] static bool below(const Recorded& x, const Recorded& y, bool or_equal, const char* kind, const char* what) {
+  // x < y, or x ≤ y, as functors ask.
+  static bool below(const Recorded& x, const Recorded& y, bool or_equal, const char* kind, const char* what) {
+    const bool answer = is_below(x, y, or_equal, kind, what);
+    if (Recording* const recording = x.recording_ ? x.recording_ : y.recording_) recording->answers.push_back(answer ? 1.0 : 0.0);
+    return answer;
+  }
+  [[gnu::noinline]] static bool is_below(const Recorded& x, const Recorded& y, bool or_equal, const char* kind, const char* what) {
     if (!x.recording_ && !y.recording_) return or_equal ? x.constant_ <= y.constant_ : x.constant_ < y.constant_;
     Recording& recording = x.recording_ ? *x.recording_ : *y.recording_;
     if (recording.branches == nullptr) refuse(recording, kind, what);
@@ -267,7 +273,9 @@ class Recorded : public FormulaNumber<Recorded> {
     if (!x.recording_) return std::floor(x.constant_);
     Recording& r = *x.recording_;
     if (r.branches == nullptr) refuse(r, "the function ", function);
-    return floor_of(r.graph, *r.branches, x.node_, place(r, "the function ", function));
+    const double level = floor_of(r.graph, *r.branches, x.node_, place(r, "the function ", function));
+    r.answers.push_back(level);
+    return level;
   }
 
   Recording* recording_ = nullptr;  // of a constant: none

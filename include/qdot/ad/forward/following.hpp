@@ -22,17 +22,11 @@
 
 namespace qdot::detail {
 
-// The scalars of Lagrange's equations (ad/lagrange/euler_lagrange_math.hpp), which all do.
-template <class T>
-struct is_euler_lagrange : std::false_type {};
-template <class T>
-concept EulerLagrangeNumber = is_euler_lagrange<T>::value;
-
-// Others say so.
+// Such scalars say so.
 template <class T>
 inline constexpr bool follows_duals = false;
 template <class T>
-concept FollowsDuals = EulerLagrangeNumber<T> || follows_duals<T>;
+concept FollowsDuals = follows_duals<T>;
 
 template <FollowsDuals E> E cbrt(const E& u) { return through(u, [](const auto& x) { return cbrt(x); }); }
 template <FollowsDuals E> E exp(const E& u) { return through(u, [](const auto& x) { return exp(x); }); }

@@ -12,11 +12,6 @@
 //
 // and no type tells whether what it refers to outlives the functor. So a functor returns numbers: a scalar, or a vector or matrix that
 // holds its own. All of the library's calls of functors that may return vectors go through result_of(), which says so in English.
-//
-// Straight-line code needs the functor in the function that asks for its derivatives, whatever lies between. There that function says `flatten`, by
-// which GCC inlines all that it calls and all that this calls; Clang inlines the first and decides of the rest as ever, by its size, which without
-// those derivatives is large. So what lies between is inlined always where Clang optimizes, and functors are where they are called. GCC is not
-// told, as the order in which it inlines depends on it (mechanics/equations/straight_line.hpp).
 
 #include <type_traits>
 #include <utility>

@@ -3,7 +3,7 @@
 //
 // T and V of a system with the terms of its effects in them.
 //
-// They are a T and a V like others. What asks for the forces of potentials by themselves (effects/equations/effect_forces.hpp) gets the energies without them.
+// They are a T and a V like others.
 
 #include <cstddef>
 #include <tuple>
@@ -44,7 +44,7 @@ struct EnergyTerms {
 };
 
 // The energies of a system with the terms in them, in the shortest signatures that hold the terms. Flattened, so that the compiler
-// sees through to the functors (mechanics/equations/straight_line.hpp).
+// sees through to the functors when it hashes them.
 template <class Energies, int n, class... Effects>
 struct EnergiesWithTerms {
   using Terms = EnergyTerms<n, Effects...>;

@@ -12,7 +12,6 @@
 #include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/effects/effect.hpp"
-#include "qdot/effects/equations/moving_points.hpp"
 #include "qdot/error.hpp"
 
 namespace qdot::formula {
@@ -20,6 +19,8 @@ class Recorded;  // ad/formula/recording.hpp
 }
 
 namespace qdot::detail {
+
+struct SlopeOfEffect {};  // the tag of the perturbations by which generalized forces are found
 
 // The functors of effects are asked for their longest form: f(q, qdot, t) before f(q, qdot). It is asked of every scalar; a time that
 // is a double would be there for numbers and not for their derivatives.
@@ -104,7 +105,7 @@ S distance_of(const First& first, const Second& second, const Q& q, const S& t) 
   if constexpr (axes == Dynamic) {
     for (Eigen::Index i = 0; i < a.size(); ++i) add(i);
   } else {
-    unroll<axes>(add);  // straight-line code stays so
+    unroll<axes>(add);
   }
   return sqrt(sum);
 }

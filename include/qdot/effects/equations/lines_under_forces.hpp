@@ -38,9 +38,10 @@ consteval bool is_recordable_force() {
   }
 }
 
-// T and V as nodes of m, of energies with recorded parameters; `Numbers` are those energies with plain numbers, which say what T and V take.
-template <int n, class Numbers, class Energies>
-[[gnu::cold]] void run_energies_like(RecordedMotion& m, const Energies& energies) {
+// T and V as nodes of m, of energies with recorded parameters; `Numbers` are those energies with plain numbers, which say what T and V take. potentials(q, t)
+// are added to V.
+template <int n, class Numbers, class Energies, class Potentials>
+[[gnu::cold]] void run_energies_like(RecordedMotion& m, const Energies& energies, const Potentials& potentials) {
   m.recording.source = "T or V";
   const formula::Recorded t(m.recording, m.t);
   const auto q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
@@ -54,19 +55,26 @@ template <int n, class Numbers, class Energies>
     else return energies.V(q, t);
   };
   m.returned.push_back(T().node_in(m.recording));
-  m.returned.push_back(V().node_in(m.recording));
+  m.returned.push_back(formula::Recorded(V() + potentials(q, t)).node_in(m.recording));
 }
 
 // Records energies and forces. `Numbers`: as above. `Roles` are the types of the effects with plain numbers for parameters, and parameters are variables
-// of m.
-template <int n, ForceSum sum, class Numbers, class... Roles, class Energies, class Effects>
+// of m. Potentials of effects are added to V unless the energies have them.
+template <int n, bool adds_potentials, class Numbers, class... Roles, class Energies, class Effects>
 [[gnu::cold]] void record_under_forces(RecordedMotion& m, const Energies& energies, const Effects& effects) {
-  run_energies_like<n, Numbers>(m, energies);
+  run_energies_like<n, Numbers>(m, energies, [&](const auto& q, const auto& t) {
+    formula::Recorded sum(0.0);
+    const auto add = [&]<class E>(const auto& e, std::type_identity<E>) {
+      if constexpr (adds_potentials && PotentialEffect<E, n>) sum = sum + e.potential_term(q, t);
+    };
+    [&]<std::size_t... k>(std::index_sequence<k...>) { (add(std::get<k>(effects), std::type_identity<Roles>()), ...); }(std::index_sequence_for<Roles...>());
+    return sum;
+  });
   if constexpr (sizeof...(Roles) > 0) {
     m.recording.source = "the force of an effect";
     using S = formula::Recorded;
-    const Vector<S, n> Q = sum_over<sum, Roles...>(effects, recorded_vector<n>(m.recording, m.q), recorded_vector<n>(m.recording, m.qdot),
-                                                   Vector<S, 0>(), S(m.recording, m.t));
+    const Vector<S, n> Q = sum_over<ForceSum::plain, Roles...>(effects, recorded_vector<n>(m.recording, m.q), recorded_vector<n>(m.recording, m.qdot),
+                                                               Vector<S, 0>(), S(m.recording, m.t));
     for (int i = 0; i < n; ++i) m.returned.push_back(Q[i].node_in(m.recording));
   }
 }
@@ -87,7 +95,7 @@ template <int n>
   auto made = std::make_shared<Derivation<>>();
   made->derive(std::move(m), nullptr, static_cast<std::size_t>(parameters));
   if (!made->lines.exist()) return {};
-  if (n > straight_line_limit) made->derive_solutions();
+  if (n > unrolled_limit) made->derive_solutions();
   return made->lines.solution[0].accelerations.empty() ? OwnedLines() : OwnedLines(made, &made->lines);
 }
 

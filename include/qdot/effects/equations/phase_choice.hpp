@@ -119,7 +119,7 @@ class PhaseChoice {
       Candidate& c = candidates_[at(i)];
       c.decided = responses.is_decided(i);
       if (!c.decided || c.contact) continue;
-      const Q a = acceleration(scene_, q_, qdot_, t_, z);
+      const Q a = acceleration_without_lines(scene_, q_, qdot_, t_, z);
       const double rate = rates(a)[c.row], before = before_[c.zi];
       const int onward = std::abs(before) == 1.0 ? (all_[at(c.effect)].fired ? -1 : 1) * (before > 0 ? 1 : -1) : 1;
       c.direction = std::abs(rate) <= negligible_force * size_of(responses, a, rate, c.row) ? onward : rate > 0 ? 1 : -1;

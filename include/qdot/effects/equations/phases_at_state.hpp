@@ -156,7 +156,7 @@ class PhasesAtState : Switching<Sc> {
   // Rank and λ in given phases.
   std::pair<Eigen::Index, Rows> rank_and_forces(double t, const Q& q, const Q& qdot, const Z& z) const {
     if (is_free(this->scene_, z)) return {0, Rows::Zero()};
-    const auto solution = constrained_acceleration(this->scene_, q, qdot, t, z);
+    const auto solution = constrained_without_lines(this->scene_, q, qdot, t, z, default_rank_cutoff);
     return {solution.rank, solution.lambda};
   }
 
@@ -188,7 +188,7 @@ class PhasesAtState : Switching<Sc> {
       } else if (const double F_s = e.sticking_limit(q, qdot, t); F_s > 0 && std::abs(now.second[row]) >= (1 - negligible_force) * F_s) {
         Z other = z;
         other[zi] = now.second[row] > 0 ? -1.0 : 1.0;
-        const Q a = acceleration(this->scene_, q, qdot, t, other);
+        const Q a = acceleration_without_lines(this->scene_, q, qdot, t, other);
         const double rate = constraint_acceleration(this->scene_, q, qdot, a, t, every)[row];
         if (other[zi] * rate > 1e3 * negligible_force * weighted(J, row, a.cwiseAbs()))
           refuse(t, {"'", e.name, "' may hold or begin to slip, at its limit of sticking of ", {F_s, 6}});

@@ -96,7 +96,7 @@ class Responses {
     const double of_M = M.cwiseAbs().maxCoeff(), of_J = J.squaredNorm();
     if (of_J > 0) M += ((of_M > 0 ? of_M : 1.0) / of_J) * (J.transpose() * J);
   }
-  // Rows lend inertia to what has none, as they do in effects/equations/constrained_equations.hpp.
+  // Rows lend inertia to what has none: M + ϱ JᵀJ has the same q̈.
   Matrix<double, n> solvable_mass() {
     Matrix<double, n> M = M_;
     if (!Sc::has_lasting_constraints && !(reference_.compute(M) && reference_.smallest_pivot() > massless_pivot)) lend(M, J_);

@@ -301,7 +301,7 @@ class Switching {
       if (one.contact && e.is_active(z[zi]) && one.u <= one.still) trial[zi] = closed;
       if (!one.contact && std::abs(one.u) > one.still) trial[zi] = one.u > 0 ? 1.0 : -1.0;
     });
-    const Rows rate = constraint_acceleration(scene_, q, qdot, Q(acceleration(scene_, q, qdot, t, trial)), t, everything(z));
+    const Rows rate = constraint_acceleration(scene_, q, qdot, Q(acceleration_without_lines(scene_, q, qdot, t, trial)), t, everything(z));
     visit([&](Eigen::Index k, const auto&, Eigen::Index, Eigen::Index row) {
       Switch& one = all[static_cast<std::size_t>(k)];
       if (!one.touches || one.u <= one.still || rate[row] >= 0) return;

@@ -30,7 +30,7 @@
 
 #include "qdot/ad/formula/in_order.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
-#include "qdot/effects/rows/recordable_scene.hpp"
+#include "qdot/effects/rows/recorded_effects.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/scene.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"

@@ -15,7 +15,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "qdot/effects/equations/forced_equations.hpp"
 #include "qdot/effects/equations/lines_under_forces.hpp"
 #include "qdot/integrate/lanes/lane_events.hpp"
 
@@ -47,7 +46,7 @@ inline constexpr bool goes_in_lanes_itself<Scene<Sys, Effects...>> = scene_goes_
 // Lanes are a way of their own.
 template <class Sys>
 void require_no_way(const Sys& system) {
-  if (!system.kept_lines()->may_be_straight()) throw InvalidValue("a system that is evaluated by one way does not go in lanes");
+  if (!system.kept_lines()->is_fastest()) throw InvalidValue("a system that is evaluated by one way does not go in lanes");
 }
 
 // A system, or a scene, as it is now.
@@ -55,7 +54,7 @@ template <class E, int n, Inertia inertia>
 RecordedMotion recorded_for_lanes(const System<E, n, inertia>& system) {
   RecordedMotion m = motion_variables(n);
   require_no_way(system);
-  record_under_forces<n, ForceSum::plain, E>(m, system.energies(), std::tuple<>());
+  record_under_forces<n, false, E>(m, system.energies(), std::tuple<>());
   return m;
 }
 template <class Sys, class... Effects>
@@ -64,7 +63,7 @@ RecordedMotion recorded_for_lanes(const Scene<Sys, Effects...>& scene) {
   using Energies = typename Scene<Sys, Effects...>::SystemType::EnergiesType;
   RecordedMotion m = motion_variables(n);
   require_no_way(scene.system());
-  record_under_forces<n, ForceSum::plain, Energies, Effects...>(m, scene.system().energies(), scene.effects());
+  record_under_forces<n, false, Energies, Effects...>(m, scene.system().energies(), scene.effects());
   return m;
 }
 
@@ -134,11 +133,11 @@ struct SystemsOfFamily {
  private:
   template <class Sys>
   void record(RecordedMotion& m, const Recorded& p, std::type_identity<Sys>) const {
-    record_under_forces<n, ForceSum::plain, Numbers>(m, family.energies_of(p), family.effects_of(p));
+    record_under_forces<n, false, Numbers>(m, family.energies_of(p), family.effects_of(p));
   }
   template <class Sys, class... Roles>
   void record(RecordedMotion& m, const Recorded& p, std::type_identity<Scene<Sys, Roles...>>) const {
-    record_under_forces<n, sum_beside_energies<System>, Numbers, Roles...>(m, family.energies_of(p), family.effects_of(p));
+    record_under_forces<n, true, Numbers, Roles...>(m, family.energies_of(p), family.effects_of(p));
   }
 };
 

@@ -191,7 +191,7 @@ class WatchedFormOf final : public WatchedForm {
   void write_mass(double t, const Eigen::VectorXd& y, Eigen::MatrixXd& M) const override {
     if constexpr (looks_at_mass) {
       const auto [q, qdot] = coordinates_of<n>(y, dof());
-      const Matrix<double, n> now = mass_matrix_now_and_then(Behind::system(form_), q, qdot, t);
+      const Matrix<double, n> now = mass_matrix(Behind::system(form_), q, qdot, t);
       M.resize(now.rows(), now.cols());
       std::copy_n(now.data(), now.size(), M.data());
     }

@@ -90,7 +90,7 @@ class BasicKeptDerivation {
   }
   /// The lines with those that go on to q̈ for lanes; null where there are none.
   const DerivedLines* lines_for_lanes() {
-    if (lines() && size_ > straight_line_limit && !is_asked_for_lanes_.load(std::memory_order_acquire)) derive_solutions();
+    if (lines() && size_ > unrolled_limit && !is_asked_for_lanes_.load(std::memory_order_acquire)) derive_solutions();
     return lines() && !derivation_.lines.solution[0].accelerations.empty() ? &derivation_.lines : nullptr;
   }
 

@@ -52,7 +52,7 @@ class DerivedLineWriter {
     lines.mass = writer_.numbers(derived.mass);
     lines.right = writer_.numbers(derived.right);
     add_read(lines, lines.equations);
-    if (n_ <= straight_line_limit) write_solutions(lines);
+    if (n_ <= unrolled_limit) write_solutions(lines);
   }
   /// Those that go on to q̈.
   [[gnu::cold]] void write_solutions(DerivedLines& lines) {
@@ -194,7 +194,7 @@ template <class Number>
     derivation_.begin(size_, at);
     functors.run(functors.energies, derivation_.recorded);
     derivation_.derive_recorded();
-    answers_ = {derivation_.branch ? derivation_.branch->met : std::vector<formula::Guard>(), derivation_.recorded.recording.equalities};
+    answers_ = derivation_.recorded.recording.answers;
     if (at == nullptr || lines()) print_ = functors.print(functors.energies, size_, &answers_);
   } catch (...) {  // what functors throw they throw again, where they are asked for values
   }

@@ -29,14 +29,6 @@ struct MovingPositions<formula::Hashed> {
   [[gnu::always_inline]] ValueAndRate<Position> both(const Position& x) const { return {Position::digest(x, 0), Position::digest(x, 1)}; }
 };
 
-/// What functors have answered where they compared numbers.
-struct Answers {
-  std::vector<formula::Guard> guards{};
-  std::vector<bool> equalities{};
-
-  bool empty() const { return guards.empty() && equalities.empty(); }
-};
-
 // Variables of functors that are to be hashed.
 template <int n>
 struct HashedMotion {
@@ -46,7 +38,7 @@ struct HashedMotion {
   S t;
 
   [[gnu::always_inline]] HashedMotion(int size, const Answers* answers)
-      : comparisons{answers ? &answers->guards : nullptr, answers ? &answers->equalities : nullptr}, q(size), qdot(size) {
+      : comparisons{answers}, q(size), qdot(size) {
     const int count = n == Dynamic ? size : n;  // known while compiling
     t = S(comparisons, 2 * count);
     const auto number = [&](int i) __attribute__((always_inline)) {

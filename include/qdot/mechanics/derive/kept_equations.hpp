@@ -15,7 +15,6 @@
 #include <span>
 
 #include "qdot/mechanics/derive/recordable_form.hpp"
-#include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::detail {
 

@@ -192,7 +192,7 @@ bool with_lines(KeptLines* kept, const E& e, const AtState& at, const Found& fou
 }
 template <int n, class E, class Found>
 bool with_lines_and_slopes(KeptLines* kept, const E& e, const AtState& at, const Found& found) {
-  if constexpr (RecordableEnergies<E, n> && n >= 1 && n <= straight_line_limit)
+  if constexpr (RecordableEnergies<E, n> && n >= 1 && n <= unrolled_limit)
     return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines_with_slopes(); }, found);
   else return (void)kept, (void)e, (void)at, (void)found, false;
 }
@@ -215,7 +215,6 @@ template <class Sys>
       return way_of_lines(lines->are_native(), kept.by(), lines->equations.count() > formula::longest_native_lines);
     return "dual numbers, because T or V asks for a plain value, compares in too many ways, or is too long to be recorded";
   }
-  if (kept.may_be_straight() && n >= 1 && n <= straight_line_limit && straight_line_pays) return "straight-line code";
   return RecordableEnergies<E, n> ? "dual numbers, because formulas of this number of coordinates are not recorded"
                                   : "dual numbers, because T and V do not take the scalar that records";
 }

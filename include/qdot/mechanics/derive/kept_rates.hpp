@@ -7,8 +7,8 @@
 // That takes some tens of microseconds. What has been derived is kept with the system, for all its copies and scenes.
 //
 // Lines are those of one combination of phases, of one branch of functors that compare numbers, and of the numbers that functors have captured.
-// Outside of runs all this is checked at each evaluation, by a hash of what the functors do (mechanics/derive/fingerprint.hpp). A run checks functors
-// where a leg begins, phases and branches always.
+// Outside of runs all this is checked at each evaluation, by a hash of what the functors do (mechanics/derive/fingerprint.hpp). A run, which begins with
+// renew(), checks functors where a leg begins, phases and branches always.
 
 #include <Eigen/Core>
 #include <array>
@@ -23,13 +23,13 @@
 #include "qdot/mechanics/derive/met_branches.hpp"
 #include "qdot/mechanics/derive/recordable_form.hpp"
 #include "qdot/mechanics/equations/kept_lines.hpp"
+#include "qdot/mechanics/equations/small_solve.hpp"
 
 namespace qdot::detail {
 
 /// How many coordinates may have such lines.
-inline constexpr int most_with_rates = 8;
 template <int n>
-inline constexpr bool may_have_rates = n >= 1 && n <= most_with_rates;
+inline constexpr bool may_have_rates = n >= 1 && n <= unrolled_limit;
 
 /// The multipliers of the rows that are active, and how far these are from depending on each other: 1 where they are not near it.
 struct FoundMultipliers {
@@ -72,12 +72,16 @@ class AnyRates {
 template <class Number>
 class BasicSolvedRates;  // mechanics/derive/solved_rates.hpp has it
 using SolvedRates = BasicSolvedRates<double>;
+/// Whether lines are machine code by now.
+template <class = void>
+bool are_native(const AnyRates& rates);
 
 /// The lines of a system, its copies and scenes. May be asked by several threads.
 template <class Number>
 class BasicSharedRates {
  public:
   static constexpr std::size_t most = 64;  // of one form
+  static constexpr int most_failures = 8;
 
   BasicSharedRates() = default;
   ~BasicSharedRates();
@@ -99,8 +103,10 @@ class BasicSharedRates {
     RunsFunctors run;
     bool with_multipliers;
     std::atomic<const AnyRates*> latest{nullptr};  // of `met`
-    MetBranches<SolvedRates, most> met{};
-    std::atomic<std::uint64_t> missed{0};
+    MetBranches<SolvedRates, most, 1 << 30> met{};  // failures are counted here
+    std::array<std::atomic<int>, 64> failures{};    // by phases
+    std::atomic<std::uint64_t> missed{0};           // functors that were met last without lines of theirs, and how often in a row
+    std::atomic<int> misses{0};
     std::mutex replacing{};
     std::shared_ptr<SolvedRates> further{};
     OfForm* next = nullptr;
@@ -121,20 +127,23 @@ inline SharedRates& rates_of(SharedDerivations& shared) {
   return made ? *made : made_rates(shared);
 }
 
-/// The lines of a run. Several threads may ask at once; copies begin anew.
+/// The lines of a run, which begins with renew(): before that functors are looked at in each evaluation. Several threads may ask at once; copies begin
+/// with no lines.
 template <class Number = double>
 class BasicRunRates {
  public:
   BasicRunRates() = default;
-  BasicRunRates(const BasicRunRates&) {}
-  BasicRunRates& operator=(const BasicRunRates&) {
-    renew();
+  BasicRunRates(const BasicRunRates& other) : has_begun_(other.has_begun_) {}
+  BasicRunRates& operator=(const BasicRunRates& other) {
+    has_begun_ = other.has_begun_;
+    forget();
     return *this;
   }
 
   /// As SharedRates::write(), with no look at the functors; form() is asked where lines are looked for.
   template <class Form>
   bool write(const KeptLines& kept, const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
+    if (!has_begun_) return kept.shared() && rates_of(*kept.shared()).write(form(), t, y, phases, ydot);
     const AnyRates* const latest = latest_.load(std::memory_order_acquire);
     if (latest != nullptr && latest->are_in(phases)) {
       const AnyRates::Written written = latest->write(t, y, ydot);
@@ -142,17 +151,25 @@ class BasicRunRates {
     }
     return find(kept, form(), t, y, phases, ydot);
   }
-  /// Looks at the functors at the next evaluation: a leg begins. No other thread may ask meanwhile.
-  void renew();
-  /// Whether any evaluation went by lines, and whether by machine code.
-  bool are_kept() const;
-  bool are_native() const;
+  /// Looks at the functors: a leg begins. No other thread may ask meanwhile.
+  void renew(const RecordableForm& form);
+  /// The lines of the last evaluation; null where there are none.
+  const AnyRates* latest(const KeptLines& kept, RunsFunctors run) const {
+    if (has_begun_) return latest_.load(std::memory_order_acquire);
+    return kept.shared() ? rates_of(*kept.shared()).latest(run, false) : nullptr;
+  }
 
  private:
+  void forget() {
+    latest_ = nullptr;
+    met_ = std::make_unique<MetBranches<SolvedRates, 16>>();
+  }
+
   static constexpr int most_misses = 64;  // one after the other; then no more are made until some hold again
 
   bool find(const KeptLines& kept, const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot) const;
 
+  bool has_begun_ = false;
   mutable std::unique_ptr<MetBranches<SolvedRates, 16>> met_ = std::make_unique<MetBranches<SolvedRates, 16>>();
   mutable std::atomic<const AnyRates*> latest_{nullptr};
   mutable std::atomic<int> misses_{0};
@@ -166,6 +183,7 @@ namespace qdot::detail {
 extern template class BasicSharedRates<double>;
 extern template class BasicRunRates<double>;
 extern template SharedRates& made_rates<void>(SharedDerivations&);
+extern template bool are_native<void>(const AnyRates&);
 }  // namespace qdot::detail
 #else
 #include "qdot/mechanics/derive/solved_rates.hpp"

@@ -17,9 +17,15 @@
 #include "qdot/mechanics/derive/recorded_energies.hpp"
 #include "qdot/mechanics/equations/block_solve.hpp"
 #include "qdot/mechanics/equations/small_solve.hpp"
-#include "qdot/mechanics/equations/straight_line.hpp"
 
 namespace qdot::detail {
+
+// Where M and r are asked for.
+struct AtState {
+  const double *q, *qdot;
+  double t;
+  int size = 0;  // number of coordinates, where it is known at run time only
+};
 
 /// The equations of one object. Inputs are q, q̇, t and accelerations, 3n + 1 numbers, and parameters; lines come after them. −1 is zero.
 struct DerivedLines {
@@ -58,7 +64,7 @@ struct DerivedLines {
   /// M and r, handed to `use`; false where T or V has no value, and where `use` says so.
   template <int n, class Use>
   bool with_mass_and_rhs(const double* q, const double* qdot, double t, const Use& use) const {
-    constexpr bool few = n >= 1 && n <= straight_line_limit;
+    constexpr bool few = n >= 1 && n <= unrolled_limit;
     const int size = n == Dynamic ? static_cast<int>(right.size()) : n;
     double x[most(n == Dynamic ? block_limit<n> : n)];
     write_inputs(size, q, qdot, t, x);

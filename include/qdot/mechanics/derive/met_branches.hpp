@@ -16,7 +16,9 @@
 namespace qdot::detail {
 
 /// Items of the branches that are met, at most so many.
-template <class Item, std::size_t most>
+///
+/// @tparam most_failed  items that could not be made, or do not hold where they were made; then no more are
+template <class Item, std::size_t most, int most_failed = 8>
 class MetBranches {
  public:
   using Held = std::shared_ptr<Item>;
@@ -67,8 +69,6 @@ class MetBranches {
   }
 
  private:
-  static constexpr int most_failed = 8;  // items that could not be made, or do not hold where they were made
-
   std::array<Held, most> all_;
   std::atomic<std::size_t> count_{0}, latest_{0};
   std::atomic<bool> is_full_{false};

@@ -15,7 +15,8 @@
 namespace qdot::detail {
 
 struct RecordedMotion;  // mechanics/derive/recorded_energies.hpp
-struct Answers;         // mechanics/derive/fingerprint.hpp
+/// What was answered where functors compared numbers.
+using Answers = std::vector<double>;
 
 /// A hash of T, of V, of what effects do, and of what is compared; zero where functors are no formulas, or answer more or fewer questions.
 using Fingerprint = std::uint64_t;

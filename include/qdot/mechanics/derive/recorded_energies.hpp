@@ -107,7 +107,7 @@ bool still_holds(RecordedMotion& m, const Run& run) {
   m.returned.clear();
   m.recording.assumptions.swap(m.assumed_before);
   m.recording.assumptions.clear();
-  m.recording.equalities.clear();
+  m.recording.answers.clear();
   m.recording.turnings.clear();
   run(m);
   return m.returned == m.returned_before && m.recording.assumptions == m.assumed_before;

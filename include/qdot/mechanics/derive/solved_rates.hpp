@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -25,7 +26,6 @@
 #include <utility>
 #include <vector>
 
-#include "qdot/mechanics/derive/dense_factors.hpp"
 #include "qdot/mechanics/derive/fingerprint.hpp"
 #include "qdot/mechanics/derive/kept_rates.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
@@ -45,6 +45,7 @@ class BasicSolvedRates final : public AnyRates {
     TracedEquations<Number>& e = lines_.equations();
     phases_ = e.motion.phases;
     write_ = writer_of<1>(e.n());
+    has_rows_ = e.rows() > 0;
     if (e.zdot.empty()) e.zdot.resize(e.states(), e.graph().constant(0.0));  // phases alone have none
     solved_ = lines_.solved_rates(limits_, most_solved_numbers, with_multipliers);
     if (solved_.lines) zdot_ = lines_.numbers(e.zdot);
@@ -60,11 +61,15 @@ class BasicSolvedRates final : public AnyRates {
     answers_ = all_answers_.empty() ? nullptr : &all_answers_;
     print_ = form.print(form.form, phases_.data(), answers_);
   }
+  /// Whether the functors are these; of those that have no fingerprint by recording them again.
+  [[gnu::cold]] bool still_hold(const RecordableForm& form) {
+    return print_ != 0 ? are_of(form.print(form.form, phases_.data(), answers_)) : lines_.still_holds(form);
+  }
 
  private:
   template <int n>
   [[gnu::cold]] static WritesRates writer_of(std::size_t count) {
-    if constexpr (n < most_with_rates)
+    if constexpr (n < unrolled_limit)
       if (count != n) return writer_of<n + 1>(count);
     return [](const AnyRates& rates, double t, const double* y, double* ydot, FoundMultipliers* multipliers) {
       return static_cast<const BasicSolvedRates&>(rates).template written<n>(t, y, ydot, multipliers);
@@ -81,7 +86,7 @@ class BasicSolvedRates final : public AnyRates {
     x[2 * n] = t;
     for (std::size_t k = 0; k < zdot_.size(); ++k) x[2 * n + 1 + k] = y[2 * n + k];
     const bool good = solved_.evaluate(x, limits_);
-    double rates[2 * n], sum = 0.0;
+    double rates[2 * n], sum = has_rows_ ? t - t : 0.0;  // a derivative of a row may not hold t though the row does
     const int* const number = solved_.x.data();
     unroll<n>([&](auto i) __attribute__((always_inline)) {
       rates[i] = two[(n + i) / 2][(n + i) % 2];
@@ -104,6 +109,7 @@ class BasicSolvedRates final : public AnyRates {
   typename TracedLines<Number>::Solved solved_;
   std::vector<int> zdot_;  // numbers
   LimitsOfPivots limits_;
+  bool has_rows_ = false;
   Answers all_answers_;
 };
 
@@ -132,7 +138,7 @@ class BasicSolvedRates final : public AnyRates {
   for (const formula::Guard& guard : branches.met)
     if (std::ranges::none_of(equations.guards, [&](const formula::Guard& g) { return g.node == guard.node && g.is_side_of(guard); }))
       equations.guards.push_back(guard);
-  Answers answers{std::move(branches.met), equations.motion.recording.equalities};
+  Answers answers = equations.motion.recording.answers;
   return rates_of_recording(std::move(equations), form, holonomic, std::move(answers), with_multipliers);
 }
 
@@ -142,7 +148,7 @@ class BasicSolvedRates final : public AnyRates {
   try {
     std::vector<char> holonomic;
     TracedEquations<double> equations = recorded_form(form, phases, holonomic);
-    Answers answers{{}, equations.motion.recording.equalities};
+    Answers answers = equations.motion.recording.answers;
     return rates_of_recording(std::move(equations), form, holonomic, std::move(answers), with_multipliers);
   } catch (const NotAnalytic&) {  // numbers are compared
   } catch (...) {                 // what functors throw they throw again, where they are asked for values
@@ -193,11 +199,18 @@ class BasicSharedRates<Number>::Search {
   [[gnu::cold, gnu::noinline]] std::shared_ptr<SolvedRates> found_or_made() {
     const auto holds = [&](const SolvedRates& rates) { return (*this)(rates); };
     if (const auto* const there = of_.met.found(holds)) return *there;
-    if (!all_finite(y_, 2 * form_.dof + form_.states)) return nullptr;
-    if (of_.met.count() + 1 == most) return replaced(holds);
-    if (of_.met.is_full() || !are_worth_it()) return nullptr;
-    const auto* const made = of_.met.added(holds, [&] { return solved_rates(form_, t_, y_, phases_, multipliers_ != nullptr); });
-    return made ? *made : nullptr;
+    if (!all_finite(y_, 2 * form_.dof + form_.states) || !std::isfinite(t_) || !are_worth_it()) return nullptr;
+    const auto make = [&] { return solved_rates(form_, t_, y_, phases_, multipliers_ != nullptr); };
+    if (of_.met.count() + 1 < most) {
+      const auto* const made = of_.met.added(holds, make);
+      if (!made) count_failure();
+      return made ? *made : nullptr;
+    }
+    const std::lock_guard lock(of_.replacing);
+    if (of_.further && holds(*of_.further)) return of_.further;
+    auto made = make();
+    if (!made || !holds(*made)) return count_failure();
+    return of_.further = std::move(made);
   }
 
  private:
@@ -207,27 +220,30 @@ class BasicSharedRates<Number>::Search {
     is_hashed_ = true;
     return unasked_;
   }
-  std::uint64_t key() {
+  static std::uint64_t joined(std::uint64_t sum, std::uint64_t bits) { return (sum ^ bits) * 0x9E3779B97F4A7C15U; }
+  std::uint64_t key_of_phases() const {
     std::uint64_t sum = 1;
-    const auto add = [&](std::uint64_t bits) { sum = (sum ^ bits) * 0x9E3779B97F4A7C15U; };
-    for (const double phase : phases_) add(std::bit_cast<std::uint64_t>(phase));
-    add(unasked());
+    for (const double phase : phases_) sum = joined(sum, std::bit_cast<std::uint64_t>(phase));
     return sum;
   }
-  // Phases that are tried once, and numbers that are others at each call, are not: they must be met twice in a row.
+  // In phases in which several lines could not be made no more are. Functors whose numbers are others at each call are not worth it: beyond the first
+  // few, they must be met as often as deriving them takes times an evaluation without.
   bool are_worth_it() {
     constexpr std::size_t few = 16;
-    const bool is_known_phase = of_.met.count() == 0 || !of_.met.all_of([&](const SolvedRates& rates) { return !rates.are_in(phases_); });
-    return (is_known_phase && of_.met.count() < few) || of_.missed.exchange(key()) == key();
+    constexpr int often = 32;
+    const std::size_t place = key_of_phases() % of_.failures.size();
+    if (of_.failures[place].load(std::memory_order_relaxed) >= most_failures) return false;
+    const SolvedRates* const latest = of_.met.latest();
+    if (of_.met.count() < few || latest == nullptr) return true;
+    const Fingerprint now = form_.print(form_.form, phases_.data(), latest->answers());
+    if (latest->are_of(now) && latest->are_in(phases_)) return true;  // another branch of the same
+    const std::uint64_t key = joined(key_of_phases(), now);
+    if (of_.missed.exchange(key, std::memory_order_relaxed) != key) of_.misses.store(0, std::memory_order_relaxed);
+    return of_.misses.fetch_add(1, std::memory_order_relaxed) >= often;
   }
-  template <class Holds>
-  std::shared_ptr<SolvedRates> replaced(const Holds& holds) {
-    const std::lock_guard lock(of_.replacing);
-    if (of_.further && holds(*of_.further)) return of_.further;
-    if (!are_worth_it()) return nullptr;
-    auto made = solved_rates(form_, t_, y_, phases_, multipliers_ != nullptr);
-    if (!made || !holds(*made)) return nullptr;
-    return of_.further = std::move(made);
+  std::shared_ptr<SolvedRates> count_failure() {
+    of_.failures[key_of_phases() % of_.failures.size()].fetch_add(1, std::memory_order_relaxed);
+    return nullptr;
   }
 
   OfForm& of_;
@@ -297,18 +313,14 @@ template <class Number>
 }
 
 template <class Number>
-void BasicRunRates<Number>::renew() {
-  latest_ = nullptr;
+void BasicRunRates<Number>::renew(const RecordableForm& form) {
+  has_begun_ = true;
   misses_ = 0;
-  if (met_->count() > 0 || met_->is_full()) met_ = std::make_unique<MetBranches<SolvedRates, 16>>();
+  if (met_->is_full() || !met_->all_of([&](SolvedRates& rates) { return rates.still_hold(form); })) forget();
 }
-template <class Number>
-bool BasicRunRates<Number>::are_kept() const {
-  return met_->latest() != nullptr;
-}
-template <class Number>
-bool BasicRunRates<Number>::are_native() const {
-  return are_kept() && met_->latest()->are_native();
+template <class>
+[[gnu::cold]] bool are_native(const AnyRates& rates) {
+  return static_cast<const SolvedRates&>(rates).are_native();
 }
 
 }  // namespace qdot::detail

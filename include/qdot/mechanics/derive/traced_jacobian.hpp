@@ -12,7 +12,7 @@
 // Without constraints, of a few coordinates, all of it is one table of lines with the elimination in it, which leaves out what is zero
 // (mechanics/derive/solution_lines.hpp). Otherwise M and J are taken as dense (mechanics/derive/dense_factors.hpp), four columns of the right sides at a
 // time; columns on which nothing depends are left out when the lines are written. Up to n = 4 the compiler knows n, and all that is not lines is
-// straight-line code: at two or three coordinates it had taken more than half of the time, and each line that says that something is zero
+// unrolled: at two or three coordinates it had taken more than half of the time, and each line that says that something is zero
 // or constant as much as any other.
 //
 // Contacts, ropes and dry friction switch. Their phases are numbers in a recording (effects/rows/recorded_effects.hpp), which has rows of

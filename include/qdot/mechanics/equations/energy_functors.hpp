@@ -98,7 +98,7 @@ inline constexpr std::size_t kinetic_arguments = 1 + static_cast<std::size_t>(ki
 template <class E, int n>
 inline constexpr std::size_t potential_arguments = 1 + static_cast<std::size_t>(potential_signature<E, n>());
 
-// What T and V return, whatever arguments they take. Not always_inline, for the reason that mechanics/equations/straight_line.hpp tells.
+// What T and V return, whatever arguments they take.
 template <int n, class E, class Q, class Qdot, class Time>
 constexpr auto returned_by_T(const E& e, const Q& q, const Qdot& qdot, const Time& t) {
   if constexpr (kinetic_arguments<E, n> == 1) return e.T(qdot);

@@ -64,8 +64,8 @@ class KeptLines {
   }
 
   By by() const { return by_; }
-  /// Whether equations of another kind than recorded formulas may be used.
-  bool may_be_straight() const { return by_ == By::fastest; }
+  /// Whether the library chooses the way.
+  bool is_fastest() const { return by_ == By::fastest; }
   /// Whether recorded formulas may be used.
   bool may_be_lines() const { return by_ != By::duals; }
 

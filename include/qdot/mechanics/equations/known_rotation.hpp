@@ -12,13 +12,14 @@
 //     vector u, x = |u|²          Ω = c₁ u̇ − c₂ u × u̇ + c₃ (u·u̇) u ,   c_m(x) = Σ (−x)^k/(2k + m)! ,   2 c_m′ = m c_{m+2} − c_{m+1}
 //
 // So for scalars that derive equations the functions of rotation.hpp return a matrix that remembers what it was made from: numbers that are recorded
-// (ad/formula/recording.hpp), and positions in straight-line code (ad/places/position_jet.hpp). All others find Ω by [Ω×] = RᵀṘ.
+// (ad/formula/recording.hpp), and what moves along with them. All others find Ω by [Ω×] = RᵀṘ.
 
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 #include <utility>
 
-#include "qdot/ad/lagrange/euler_lagrange_math.hpp"
+#include "qdot/ad/dual_math.hpp"
 #include "qdot/ad/unroll.hpp"
 #include "qdot/ad/vector.hpp"
 
@@ -49,43 +50,6 @@ Stumpff<S> stumpff(const S& x) {
   return {c1, c2, count < 3 ? S(0.0) : S((1.0 - c1) / x), count < 4 ? S(0.0) : S((0.5 - c2) / x)};
 }
 
-// The same of plain numbers, c₁ to c₇, in functions of their own that the compiler need not call twice for one x.
-[[gnu::const, gnu::noinline]] inline Pair first_stumpff(double x) {
-  if (x < 0.25) return Pair{stumpff_series<1>(x), stumpff_series<2>(x)};
-  const double theta = std::sqrt(x);
-  double sine, cosine;
-  sine_and_cosine(theta, &sine, &cosine);
-  return Pair{sine / theta, (1.0 - cosine) / x};
-}
-[[gnu::const, gnu::noinline]] inline Pair last_stumpff(double x) { return Pair{stumpff_series<6>(x), stumpff_series<7>(x)}; }
-
-struct SevenStumpff {
-  double c[8];  // from c₁ on
-  [[gnu::always_inline]] explicit SevenStumpff(double x) {
-    constexpr double factorial[] = {1.0, 1.0, 2.0, 6.0, 24.0, 120.0};
-    const Pair first = first_stumpff(x);
-    c[1] = first[0], c[2] = first[1];
-    if (x < 0.25) {
-      const Pair last = last_stumpff(x);
-      c[6] = last[0], c[7] = last[1];
-      unroll<3>([&](auto k) __attribute__((always_inline)) { c[5 - k] = 1.0 / factorial[5 - k] - x * c[7 - k]; });
-    } else {
-      const double i = 1.0 / x;
-      unroll<5>([&](auto k) __attribute__((always_inline)) { c[3 + k] = (1.0 / factorial[1 + k] - c[1 + k]) * i; });
-    }
-  }
-  template <int m>
-  [[gnu::always_inline]] double slope() const { return 0.5 * (m * c[m + 2] - c[m + 1]); }
-  template <int m>
-  [[gnu::always_inline]] double curvature() const { return 0.5 * (m * slope<m + 2>() - slope<m + 1>()); }
-};
-template <int count, EulerLagrangeNumber S>
-[[gnu::always_inline]] inline Stumpff<S> stumpff(const S& x) {
-  const SevenStumpff of(x.value);
-  const auto chained = [&](auto m) __attribute__((always_inline)) { return x.chain(of.c[m], of.template slope<m>(), of.template curvature<m>()); };
-  return {chained(std::integral_constant<int, 1>()), chained(std::integral_constant<int, 2>()), chained(std::integral_constant<int, 3>()), S(0.0)};
-}
-
 // 1/x; numbers that are recorded have their own (ad/formula/recording.hpp).
 template <class S>
 S reciprocal(const S& x) {
@@ -105,7 +69,7 @@ struct InverseTurn<S, false> {
 
 template <int i, int j, int k>
 struct EulerTurn {
-  static constexpr int coordinates = 3;
+  static constexpr int coordinates = 3, remembered = 3;
 
   template <class S, class Inverse>
   [[gnu::always_inline]] static void angular_velocity(const S* p, const S* v, S* omega, Inverse& inverse) {
@@ -139,7 +103,7 @@ struct EulerTurn {
 };
 
 struct QuaternionTurn {
-  static constexpr int coordinates = 4;
+  static constexpr int coordinates = 4, remembered = 4;
 
   template <class S, class Inverse>
   [[gnu::always_inline]] static void angular_velocity(const S* p, const S* v, S* omega, Inverse& inverse) {
@@ -157,13 +121,12 @@ struct QuaternionTurn {
 };
 
 struct VectorTurn {
-  static constexpr int coordinates = 3;
+  static constexpr int coordinates = 3, remembered = 7;  // c₁ to c₄ as well: they ask where x is, and are not to ask twice
 
   template <class S, class Inverse>
   [[gnu::always_inline]] static void angular_velocity(const S* u, const S* v, S* omega, Inverse& inverse) {
     const S x = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
-    constexpr int count = Inverse::is_wanted ? 4 : 3;
-    const Stumpff<S> of = stumpff<count>(x);
+    const Stumpff<S> of{u[3], u[4], u[5], u[6]};
     const S along = of.c3 * (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]);
     unroll<3>([&](auto a) __attribute__((always_inline)) {
       constexpr int b = (a + 1) % 3, c = (a + 2) % 3;
@@ -183,17 +146,11 @@ struct VectorTurn {
   }
 };
 
-// What tells whether an entry is the one that was made: all of it, or a part where that is enough. GCC no longer knows a number in
-// memory while compiling, when more than a thousand others are written before it is read.
-template <class S>
-const S& mark_of(const S& x) {
-  return x;
-}
-template <class S>
-using MarkOf = std::remove_cvref_t<decltype(mark_of(std::declval<const S&>()))>;
-
 // Whether two numbers are one, as far as the compiler sees; whether two duals are, in all parts.
-[[gnu::always_inline]] inline Present seen_to_be_one(double x, double y) { return known_equal(x, y); }
+[[gnu::always_inline]] inline bool seen_to_be_one(double x, double y) {
+  const bool equal = __builtin_bit_cast(long long, x) == __builtin_bit_cast(long long, y);
+  return __builtin_constant_p(equal) && equal;
+}
 template <class S, int N, class Tag>
 bool seen_to_be_one(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
   bool same = seen_to_be_one(x.value, y.value);
@@ -205,29 +162,18 @@ bool seen_to_be_one(const Dual<S, N, Tag>& x, const Dual<S, N, Tag>& y) {
 template <class Turn, class S>
 struct KnownRotation : Matrix<S, 3> {
   using Matrix<S, 3>::operator=;
-  S from[Turn::coordinates];
-  MarkOf<S> made[9];
-
-  // Entry by entry: Clang copies what GCC makes where it is wanted, and sees through no loop of copies.
-  KnownRotation() = default;
-  [[gnu::always_inline]] KnownRotation(const KnownRotation& o) : Matrix<S, 3>() {
-    unroll<9>([&](auto k) __attribute__((always_inline)) {
-      this->data()[k] = o.data()[k];
-      made[k] = o.made[k];
-    });
-    unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) { from[c] = o.from[c]; });
-  }
-  KnownRotation& operator=(const KnownRotation&) = default;
+  S from[Turn::remembered];
+  S made[9];
 
   /// Whether its entries are seen to be those that it was made with.
-  [[gnu::always_inline]] Present is_as_made() const {
-    Present same = 1;
-    unroll<9>([&](auto k) __attribute__((always_inline)) { same &= seen_to_be_one(mark_of(this->data()[k]), made[k]); });
+  bool is_as_made() const {
+    bool same = true;
+    for (int k = 0; k < 9; ++k) same = same && seen_to_be_one(this->data()[k], made[k]);
     return same;
   }
 };
 
-/// Which scalars remember rotations. A function seen_to_be_one(x, y) says whether two of them, or of their marks, are one number.
+/// Which scalars remember rotations. A function seen_to_be_one(x, y) says whether two of them are one number.
 template <class S>
 inline constexpr bool remembers_rotations = requires { requires S::remembers_rotations; };
 
@@ -242,7 +188,7 @@ template <class Turn, class S, class... From>
 [[gnu::always_inline]] inline void remember(KnownRotation<Turn, S>& R, const From&... from) {
   int k = 0;
   ((R.from[k++] = from), ...);
-  unroll<9>([&](auto entry) __attribute__((always_inline)) { R.made[entry] = mark_of(R.data()[entry]); });
+  std::copy_n(R.data(), 9, R.made);
 }
 
 template <class R>
@@ -253,11 +199,11 @@ inline constexpr bool is_known_rotation<KnownRotation<Turn, S>> = true;
 /// Ω of a known rotation, where follow(x) is the value and the rate of a number that it was made from.
 template <class S, class Turn, class Number, class Follow>
 [[gnu::always_inline]] inline Vector<S, 3> known_angular_velocity(const KnownRotation<Turn, Number>& R, const Follow& follow) {
-  S p[Turn::coordinates], v[Turn::coordinates];
-  unroll<Turn::coordinates>([&](auto c) __attribute__((always_inline)) {
+  S p[Turn::remembered], v[Turn::coordinates];
+  unroll<Turn::remembered>([&](auto c) __attribute__((always_inline)) {
     const auto both = follow(R.from[c]);
     p[c] = both.value;
-    v[c] = both.rate;
+    if constexpr (c < Turn::coordinates) v[c] = both.rate;
   });
   Vector<S, 3> omega;
   constexpr bool is_noted = requires { note_turning(p, p, v, Turn::coordinates, p, *p); };

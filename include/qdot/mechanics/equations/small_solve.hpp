@@ -15,12 +15,9 @@
 //
 // A pivot is judged as a fraction of its diagonal entry, by comparing products. A determinant too small for its digits, below 1e-290, passes for
 // zero, and one beyond all numbers is above nothing: then, as after any pivot that is too small, somebody else looks again and takes them one by one.
-//
-// Bit masks say which entries may be other than zero. What they exclude is left out where the compiler knows the mask.
 
 #include <cstddef>
 
-#include "qdot/ad/lagrange/euler_lagrange.hpp"
 #include "qdot/ad/unroll.hpp"
 
 namespace qdot::detail {
@@ -28,15 +25,8 @@ namespace qdot::detail {
 // Index of M(i, j), i ≥ j, in the packed lower triangle.
 constexpr int triangle_index(int i, int j) { return i * (i + 1) / 2 + j; }
 
-// Whether entry k of a triangle may be other than zero; large triangles are full.
-template <int k>
-[[gnu::always_inline]] inline Present has_entry(ComponentMask present) {
-  if constexpr (k < 64) {
-    return has(present, k);
-  } else {
-    return 1;
-  }
-}
+// Largest n whose loops are unrolled.
+inline constexpr int unrolled_limit = 8;
 
 // Below this a product of two inertias has lost digits.
 inline constexpr double smallest_determinant = 1e-290;
@@ -54,16 +44,12 @@ struct TwoPivots {
 
 // The inverses of the pivots of rows k and, in pairs from row 0 on, k + 1. False as below.
 template <int n, int k, class Number>
-[[gnu::always_inline]] inline auto inverted_pivots(const Number* M, const Number* diagonal, Number* inverse, double threshold, ComponentMask present) {
+[[gnu::always_inline]] inline auto inverted_pivots(const Number* M, const Number* diagonal, Number* inverse, double threshold) {
   using Truth = decltype(M[0] > M[0]);
   const Number pivot = M[triangle_index(k, k)];
   if constexpr (k % 2 == 0 && k + 1 < n) {
     inverse[k] = 1.0 / pivot;
     const Truth first = pivot > threshold * diagonal[k];
-    if (has_entry<triangle_index(k + 1, k)>(present) == 0) {
-      inverse[k + 1] = 1.0 / M[triangle_index(k + 1, k + 1)];
-      return Truth(first & (M[triangle_index(k + 1, k + 1)] > threshold * diagonal[k + 1]));
-    }
     const TwoPivots<n, k, Number> two(M, diagonal);
     inverse[k + 1] = pivot / two.determinant;
     return Truth(first & two.second_is_above(threshold));
@@ -76,11 +62,9 @@ template <int n, int k, class Number>
 }
 
 // b ← M⁻¹ b; false when a pivot is below `threshold` of its diagonal entry or NaN. M is overwritten.
-// Entries of M that are not `present` are zero. The entries of b are numbers or what can be multiplied by numbers.
-// `fraction`: where given, what of the diagonal entry is left in each pivot but the first.
+// The entries of b are numbers or what can be multiplied by numbers.
 template <int n, class Number, class Right>
-[[gnu::always_inline]] inline auto solved_in_place(Number* M, Right* b, double threshold, ComponentMask present = ~ComponentMask(0),
-                                                   Number* fraction = nullptr) {
+[[gnu::always_inline]] inline auto solved_in_place(Number* M, Right* b, double threshold) {
   using Truth = decltype(M[0] > M[0]);
   constexpr int last = n > 1 ? n - 2 : 0;  // where elimination ends
   Number inverse[n];
@@ -88,38 +72,24 @@ template <int n, class Number, class Right>
   Number diagonal[n];
   unroll<n>([&](auto k) __attribute__((always_inline)) { diagonal[k] = M[triangle_index(k, k)]; });
   unroll<last>([&](auto k) __attribute__((always_inline)) {
-    good &= inverted_pivots<last, k>(M, diagonal, inverse, threshold, present);
-    if constexpr (k > 0)
-      if (fraction) fraction[k] = M[triangle_index(k, k)] / diagonal[k];
+    good &= inverted_pivots<last, k>(M, diagonal, inverse, threshold);
     unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
       constexpr int i = k + 1 + below;
-      if (has_entry<triangle_index(i, k)>(present) == 0) return;
       const Number l = M[triangle_index(i, k)] * inverse[k];
       unroll<below + 1>([&](auto column) __attribute__((always_inline)) {
         constexpr int j = k + 1 + column;
-        if (has_entry<triangle_index(j, k)>(present) == 0) return;
         M[triangle_index(i, j)] -= l * M[triangle_index(j, k)];
-        if constexpr (triangle_index(i, j) < 64) present |= bit(1, triangle_index(i, j));
       });
       b[i] -= l * b[k];
     });
   });
   const Number pivot = M[triangle_index(last, last)];
   good &= pivot > threshold * diagonal[last];
-  if constexpr (last > 0)
-    if (fraction) fraction[last] = pivot / diagonal[last];
   if constexpr (n == 1) {
     b[0] = b[0] * Number(1.0 / pivot);
-  } else if (has_entry<triangle_index(n - 1, last)>(present) == 0) {
-    const Number other = M[triangle_index(n - 1, n - 1)];
-    good &= other > threshold * diagonal[n - 1];
-    if (fraction) fraction[n - 1] = other / diagonal[n - 1];
-    b[last] = b[last] * Number(1.0 / pivot);  // an inertia is there long before the force
-    b[n - 1] = b[n - 1] * Number(1.0 / other);
   } else {
     const TwoPivots<n, last, Number> two(M, diagonal);
     good &= two.second_is_above(threshold);
-    if (fraction) fraction[n - 1] = two.determinant / two.whole;
     const Number i = 1.0 / two.determinant;
     const Right first = b[last], second = b[n - 1];
     b[last] = (first * two.c - second * two.b) * i;
@@ -130,63 +100,11 @@ template <int n, class Number, class Right>
     Right s = b[k];
     unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
       constexpr int i = k + 1 + below;
-      if (has_entry<triangle_index(i, k)>(present) != 0) s -= M[triangle_index(i, k)] * b[i];
+      s -= M[triangle_index(i, k)] * b[i];
     });
     b[k] = s * inverse[k];
   });
   return good;
-}
-
-// M = L D Lᵀ in place: L below the diagonal, where `present` says what may be other than zero, and 1/D in `inverse`. False as above.
-// Where masks are not known beforehand but known to the compiler in the end, nothing branches on them that has to be thrown away later.
-template <int n, class Number>
-[[gnu::always_inline]] inline bool factored_in_place(Number* M, Number* inverse, double threshold, ComponentMask& present) {
-  bool good = true;
-  Number diagonal[n];
-  unroll<n>([&](auto k) __attribute__((always_inline)) { diagonal[k] = M[triangle_index(k, k)]; });
-  unroll<n>([&](auto k) __attribute__((always_inline)) {
-    good &= inverted_pivots<n, k>(M, diagonal, inverse, threshold, present);
-    Number l[n];
-    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
-      constexpr int i = k + 1 + below;
-      const Present there = has_entry<triangle_index(i, k)>(present);
-      l[i] = product_if(there, M[triangle_index(i, k)], inverse[k]);
-      unroll<below + 1>([&](auto column) __attribute__((always_inline)) {
-        constexpr int j = k + 1 + column, ij = triangle_index(i, j);
-        const Present both = there & has_entry<triangle_index(j, k)>(present);
-        M[ij] = difference_of(has_entry<ij>(present), M[ij], both, product_if(both, l[i], M[triangle_index(j, k)]));
-        if constexpr (ij < 64) present |= bit(both, ij);
-      });
-    });
-    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) { M[triangle_index(k + 1 + below, k)] = l[k + 1 + below]; });
-  });
-  return good;
-}
-
-// b ← L⁻¹ b, where `mask` says which entries of b may be other than zero.
-template <int n, class Number, class Right>
-[[gnu::always_inline]] inline void forward_in_place(const Number* L, Right* b, ComponentMask present, ComponentMask& mask) {
-  unroll<n>([&](auto k) __attribute__((always_inline)) {
-    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
-      constexpr int i = k + 1 + below;
-      const Present both = has_entry<triangle_index(i, k)>(present) & has(mask, k);
-      b[i] = difference_of(has(mask, i), b[i], both, product_if(both, b[k], L[triangle_index(i, k)]));
-      mask |= bit(both, i);
-    });
-  });
-}
-
-// b ← L⁻ᵀ b.
-template <int n, class Number, class Right>
-[[gnu::always_inline]] inline void backward_in_place(const Number* L, Right* b, ComponentMask present) {
-  unroll<n>([&](auto done) __attribute__((always_inline)) {
-    constexpr int k = n - 1 - done;
-    unroll<n - 1 - k>([&](auto below) __attribute__((always_inline)) {
-      constexpr int i = k + 1 + below;
-      const Present there = has_entry<triangle_index(i, k)>(present);
-      b[k] = difference_of(1U, b[k], there, product_if(there, b[i], L[triangle_index(i, k)]));
-    });
-  });
 }
 
 // A row of derivatives along q and q̇, and what else there is. Not one of Eigen's: what it makes of eight entries g++ does not always see through.

@@ -50,8 +50,8 @@ auto centre_of(const RigidBody& body, const Eigen::MatrixBase<Position>& r, cons
   Vector<X, 3> centre;
   unroll<3>([&](auto i) __attribute__((always_inline)) {
     centre[i] = X(point.coeff(i));
-    unroll<3>([&](auto k) __attribute__((always_inline)) {  // what straight-line code knows of zeros must not depend on a number
-      if (is_euler_lagrange<X>::value || body.centre[k] != 0.0) centre[i] = centre[i] + body.centre[k] * turned.coeff(i, k);
+    unroll<3>([&](auto k) __attribute__((always_inline)) {
+      if (body.centre[k] != 0.0) centre[i] = centre[i] + body.centre[k] * turned.coeff(i, k);
     });
   });
   return centre;
@@ -82,7 +82,7 @@ struct KineticSum {
     static_assert(require_body<Position, Rotation>());
     const Vector<S, 3> omega = angular_velocity_along<Axes::of_body, S>(R, follow);
     T = T + 0.5 * (body.mass * squared_speed(r) + quadratic_form(body.inertia, omega));
-    if (!is_euler_lagrange<S>::value && body.centre.isZero(0.0)) return;  // what straight-line code knows of zeros must not depend on a number
+    if (body.centre.isZero(0.0)) return;
     const auto& turned = R.eval();
     const auto& point = r.derived().eval();
     Vector<S, 3> v;  // v_A along the body's axes
@@ -116,7 +116,7 @@ struct WeightSum {
   void point_mass(double m, const Eigen::MatrixBase<Position>& r) {
     require_position(r.derived());
     over_entries<true>(r.derived().eval(), [&](const auto& entry, auto i) __attribute__((always_inline)) {
-      if (may_differ_from_zero(field[i])) V = V - (m * field[i]) * entry;
+      if (field[i] != 0.0) V = V - (m * field[i]) * entry;
     });
   }
   template <class Position, class Angle>

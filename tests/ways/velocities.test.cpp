@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Velocities inside T by first derivatives, against nested duals, which differentiate the whole of T twice: bodies and chains. That the compiler takes for
-// a velocity what is one, and nothing else, is tests/optimized/moving_positions.test.cpp.
-#include "qdot/mechanics/equations/moving_positions.hpp"
+// Velocities inside T, against nested duals, which differentiate the whole of T twice: bodies and chains.
+#include "qdot/mechanics/velocity.hpp"
 
 #include <algorithm>
 #include <random>
@@ -107,11 +106,11 @@ TEST_CASE("a rotation may be stored by rows or by columns") {
   CHECK(difference<4>(RateByRows{}) < rounded);
 }
 
-TEST_CASE("the kinetic energy of a body that is seen from a moving point needs first derivatives only") {
+TEST_CASE("the kinetic energy of a body may be seen from a moving point") {
   CHECK(difference<4>(HeldAside{}) < rounded);
 }
 
-TEST_CASE("velocities in the T of a chain by loops need first derivatives only, for any number of links") {
+TEST_CASE("velocities in the T of a chain by loops are what they are, for any number of links") {
   CHECK(difference<Dynamic>(LoopedChain{}, 3) < rounded);
   CHECK(difference<Dynamic>(LoopedChain{}, 9) < rounded);
 }

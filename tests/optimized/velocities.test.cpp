@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Velocities inside T by first derivatives, against nested duals, which differentiate the whole of T twice. More of them are in
-// tests/ways/moving_positions.test.cpp.
-#include "qdot/mechanics/equations/moving_positions.hpp"
+// Velocities inside T, against nested duals, which differentiate the whole of T twice. More of them are in tests/ways/velocities.test.cpp.
+#include "qdot/mechanics/velocity.hpp"
 
 #include <algorithm>
 #include <random>
@@ -75,15 +74,6 @@ struct OfOne {
   auto V(const auto& q) const { return 0.3 * q[0] * q[0]; }
 };
 
-// A body beside a mass, in a lambda between T and the library's rotation.
-struct TurningOnCart {
-  auto T(const auto& p, const auto& v) const {
-    const auto w = body_angular_velocity_of([](const auto& x) { return rotation_from_quaternion(x.template head<4>()); }, p, v);
-    return 0.5 * (1.0 * w[0] * w[0] + 2.0 * w[1] * w[1] + 2.5 * w[2] * w[2] + 1.4 * v[4] * v[4]);
-  }
-  auto V(const auto& p) const { return 0.4 * p[4] * p[4] * p[1]; }
-};
-
 // A chain of two, by a function of its own for each link.
 struct LinkByLink {
   auto T(const auto& q, const auto& v) const {
@@ -114,10 +104,6 @@ struct OneOrAnother {
   }
 };
 
-struct Seen {
-  bool packed(const detail::AtState&, const double*, const double*, detail::ComponentMask) const { return true; }
-};
-
 template <int n, class E>
 double difference(const E& energies) {
   const auto system = mechanical_system<n>(energies);
@@ -140,7 +126,7 @@ double difference(const E& energies) {
 
 }  // namespace
 
-TEST_CASE("angular velocities and velocities in T need first derivatives only, and give what second ones give") {
+TEST_CASE("angular velocities and velocities in T give what second derivatives give") {
   CHECK(difference<4>(Turning{}) < rounded);
   CHECK(difference<2>(Swung<1>{}) < rounded);
 }
@@ -155,22 +141,9 @@ TEST_CASE("what is not the rate of the coordinates in T is differentiated in ful
   CHECK(difference<1>(OfOne<Which::velocity>{}) < rounded);
 }
 
-TEST_CASE("the compiler sees through rotations that functors inside T return, and finds no loop in them") {
-  const double q[] = {0.3, 0.4, 0.5, 0.1, 0.2}, v[] = {1.0, 2.0, 3.0, 2.0, 1.0};
-  CHECK(detail::straight_line_equations<4>(Turning{}, {q, v, 0.0}, Seen{}));
-  CHECK(detail::straight_line_equations<5>(TurningOnCart{}, {q, v, 0.0}, Seen{}));
-}
-
 TEST_CASE("an energy that has a function for its parts is differentiated as any other") { CHECK(difference<2>(LinkByLink{}) < rounded); }
 
 TEST_CASE("rotations of one kind and another are of one type in potentials") {
   CHECK(difference<3>(OneOrAnother{true}) < rounded);
   CHECK(difference<3>(OneOrAnother{false}) < rounded);
 }
-
-#ifndef __clang__  // which decides by its size whether such a function is a call
-TEST_CASE("GCC sees through functions that T has for its parts") {
-  const double q[] = {0.3, 0.4}, v[] = {1.0, 2.0};
-  CHECK(detail::straight_line_equations<2>(LinkByLink{}, {q, v, 0.0}, Seen{}));
-}
-#endif

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The fast ways of scenes against nested duals: the same M, r, J and γ from the functors' definitions, solved as a whole.
-#include "qdot/effects/equations/constrained_equations.hpp"
+// Scenes by lines against nested duals: the same M, r, J and γ from the functors' definitions, solved as a whole.
+#include "qdot/effects/scene_motion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -181,7 +181,7 @@ Vector<double, n> some_damping() {
 TEST_CASE("constraints and damping give what nested duals give, by every way to M and r") {
   const auto straight = scene(mechanical_system<3>(bench::UnrolledChain<3>{}), viscous_damping(some_damping<3>()),
                               nonholonomic("skate", skate), holonomic("tip", TipOfChain<3>{}));
-  STATIC_REQUIRE(detail::has_constrained_equations<std::remove_cvref_t<decltype(straight)>>);
+  STATIC_REQUIRE(detail::has_rates<std::remove_cvref_t<decltype(straight)>>);
   check(differences(straight));
   check(differences(scene(mechanical_system<5>(bench::LoopedChain{}), viscous_damping(some_damping<5>()), holonomic("tip", TipOfChain<5>{}))));
   check(differences(scene(kinematic_system<3>(bench::UnrolledPositions<3>{}, gravity_along<1>(-9.81)), holonomic("pair", moving_pair))));
@@ -227,7 +227,7 @@ TEST_CASE("rows that depend on each other fall to the general way, which finds t
 
 TEST_CASE("a constraint of run-time length that declares its rows goes this way, and is named when it has others") {
   const auto s = scene(mechanical_system<2>(bench::UnrolledChain<2>{}), holonomic<2>("pair", pair_that_breaks));
-  STATIC_REQUIRE(detail::has_constrained_equations<std::remove_cvref_t<decltype(s)>>);
+  STATIC_REQUIRE(detail::has_rates<std::remove_cvref_t<decltype(s)>>);
   check(differences(s));
   CHECK_THROWS_WITH(acceleration(s, Vector<double, 2>(0.4, 0.9), Vector<double, 2>(0.3, -0.2), 3.0),
                     "a constraint must have as many rows as it declares, but 'pair' declares 2 and returned 1 at t = 3.000000; make the two agree");
