@@ -13,6 +13,7 @@
 
 #include "qdot/ad/pack.hpp"
 #include "qdot/mechanics/derive/kept_lines.hpp"
+#include "qdot/mechanics/equations/solve.hpp"
 
 namespace qdot::detail {
 
