@@ -135,13 +135,14 @@ auto phases_in(const Sc& scene, const double* z) {
   return all;
 }
 
-// ydot ← [q̇; q̈; ż] by lines that are checked, and multipliers of all rows, those that are not active 0; false where there are none.
+// ydot ← [q̇; q̈; ż] by lines that are checked, and multipliers of all rows, those that are not active 0; false where there are none, and for the change watch,
+// which asks the functors themselves.
 template <class Sc>
 bool rates_by_lines(const Sc& scene, const Vector<double, Sc::dof_at_compile_time>& q, const Vector<double, Sc::dof_at_compile_time>& qdot, double t,
                     const EffectStates<Sc>& z, double* ydot, FoundMultipliers* multipliers = nullptr) {
   constexpr int n = Sc::dof_at_compile_time, states = Sc::states_at_compile_time;
   const KeptLines& kept = *scene.system().kept_lines();
-  if (!kept.may_be_lines() || !kept.shared()) return false;
+  if (!kept.may_be_lines() || !kept.shared() || kept.is_aside()) return false;
   double y[2 * n + states];
   std::copy_n(z.data(), states, std::copy_n(qdot.data(), n, std::copy_n(q.data(), n, y)));
   const auto phases = phases_in(scene, z.data());
