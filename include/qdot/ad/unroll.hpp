@@ -57,7 +57,8 @@ constexpr void unroll_for_users(F& f, std::integer_sequence<int, Is...>) {
 
 /// Calls f(0), f(1), …, f(n − 1) with arguments known to the compiler: a loop that it sees through.
 ///
-/// An energy needs it only where an index chooses types. A `for` in its place is as fast.
+/// In a run an energy with a `for` in its place is as fast. A call of acceleration() hashes T and V, and without a loop g++ finds most of the hash while
+/// it compiles.
 template <int n, class F>
 #ifdef __clang__
 [[gnu::always_inline]]

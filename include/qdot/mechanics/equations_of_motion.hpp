@@ -161,8 +161,8 @@ auto rhs(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, con
 
 /// Accelerations q̈ from Lagrange's equations at a state.
 ///
-/// Exact to rounding times the condition of M. T and V with loops are derived by the first call (15 µs for two coordinates, 100 for eight), and each call
-/// checks that they still are what was derived. No allocation for fixed n beyond that.
+/// Exact to rounding times the condition of M. The first call derives the equations of T and V (15 µs for two coordinates, 100 for eight). Each later call
+/// checks that T and V still are what was derived. No allocation for fixed n beyond that.
 ///
 /// @param q, qdot  state, n each; may hold duals
 /// @return         q̈, n   [units of q per unit time squared]

@@ -296,7 +296,7 @@ template <class Number>
   };
   const auto make = [&]() -> std::shared_ptr<SolvedRates> {
     if (auto shared = rates_of(*kept.shared()).at(form, t, y, phases)) return shared;
-    return solved_rates(form, t, y, phases);  // of functors that have no fingerprint, and of phases that are not worth being kept
+    return solved_rates(form, t, y, phases);  // of functors that have no fingerprint, or whose numbers are others too often
   };
   const auto* found = met_->found(holds);
   if (found == nullptr) {
