@@ -14,22 +14,31 @@
 // the user's own, which are passed on unchanged (and take the run with them).
 
 #include <Eigen/Core>
-#include <cmath>
 #include <type_traits>
 #include <utility>
 
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/driver/drive.hpp"
+#include "qdot/integrate/driver/run_of_energies.hpp"
+#include "qdot/integrate/driver/run_of_form.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/stepper.hpp"
-#include "qdot/integrate/steps/watch_budget.hpp"
-#include "qdot/integrate/watch/driven_form_of.hpp"
-#include "qdot/mechanics/equations/entries.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
+
+namespace detail {
+
+// Whether a run depends on the number of coordinates alone: of a system of few, whose T and V can be recorded, by a method that asks for rates.
+template <class System, class Method>
+inline constexpr bool has_hidden_run = false;
+template <class E, int n, class Method>
+  requires requires { typename Method::template StepperOfRates<2 * n>; }
+inline constexpr bool has_hidden_run<System<E, n, Inertia::positive_definite>, Method> = may_have_rates<n> && RecordableEnergies<E, n>;
+
+}  // namespace detail
 
 /// Runs a system from its start to t_end, forward or backward in time.
 ///
@@ -51,17 +60,6 @@ namespace qdot {
 template <class System, class Start, class Method, Observer O, class... Events>
 auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options,
               O&& observer, const EventList<Events...>& events) {
-  const auto form = detail::form_by(system, options.by);
-  using Form = std::remove_cvref_t<decltype(form)>;
-  static_assert(SteppingMethod<Method, Form>, "qdot: the method cannot make a stepper for this system");
-  detail::require_valid(options, form.size());
-  detail::require_option(std::isfinite(t_end), "t_end", "must be finite", t_end, "choose a time to end at");
-  const Eigen::VectorXd y0 = detail::packed(form, start);
-  if constexpr (requires { detail::require_existing_entries(form.system(), y0.data(), start.t); }) {
-    detail::require_existing_entries(form.system(), y0.data(), start.t);
-  } else if constexpr (requires { detail::require_existing_entries(form.scene().system(), y0.data(), start.t); }) {
-    detail::require_existing_entries(form.scene().system(), y0.data(), start.t);
-  }
   constexpr bool is_observed = !std::is_same_v<std::remove_cvref_t<O>, NoObserver>, has_events = sizeof...(Events) > 0;
   auto show = [&observer](const StepView& step) {
     using Answer = std::invoke_result_t<O&, const StepView&>;
@@ -70,15 +68,23 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
     else return observer(step) == Control::proceed;
   };
   const detail::Onlooker onlooker{&show, [](void* shown, const StepView& step) { return (*static_cast<decltype(show)*>(shown))(step); }};
-  const detail::Budget budget(options);  // begins before the stepper's own, which is made here
-  constexpr int n = detail::dof_at_compile_time<Form>();
-  const auto& driven = detail::driven_form(form);
-  Form stepped = form;  // what a long run keeps is the stepper's, which makes it anew where a leg begins
-  if constexpr (requires { stepped.expect_long_run(); }) stepped.expect_long_run();
-  Run<> run;
-  detail::drive<has_events || SwitchingSystem<Form>, is_observed>(run, driven, any_stepper(method, stepped, options), options, budget, onlooker,
-                                                                  detail::listed_events<n>(events), start.t, y0, t_end);
-  return detail::run_of<n>(std::move(run));
+  if constexpr (detail::has_hidden_run<System, Method>) {
+    constexpr int n = System::dof_at_compile_time;
+    constexpr bool timed = !System::autonomous;
+    using Stepper = typename Method::template StepperOfRates<2 * n>;
+    return detail::run_of<n>(detail::RunOfEnergies<n, timed>::by(
+        {detail::stepper_of_rates<Stepper>, Method::name}, detail::AnyEnergies<n, timed>(system.energies()), system.parts(),
+        {start.t, detail::packed_start<n>(start), t_end, options, detail::drive<has_events, is_observed>, onlooker, detail::listed_events<n>(events)}));
+  } else {
+    const auto form = detail::form_by(system, options.by);
+    using Form = std::remove_cvref_t<decltype(form)>;
+    static_assert(SteppingMethod<Method, Form>, "qdot: the method cannot make a stepper for this system");
+    constexpr int n = detail::dof_at_compile_time<Form>();
+    constexpr bool watches = has_events || SwitchingSystem<Form>;
+    const auto stepper = [&method](const Form& stepped, const Options& of_run) { return any_stepper(method, stepped, of_run); };
+    return detail::run_of<n>(detail::run_of_form(form, stepper, {start.t, detail::packed(form, start), t_end, options, detail::drive<watches, is_observed>,
+                                                                 onlooker, detail::listed_events<n>(events)}));
+  }
 }
 
 /// The same without events.

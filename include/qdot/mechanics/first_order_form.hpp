@@ -115,7 +115,7 @@ class FirstOrderForm {
   std::string way_taken() const {
     std::string way;
     if constexpr (has_rates)
-      if (const auto* const lines = rates_.latest(*system_.kept_lines(), detail::run_system<Sys>))
+      if (const auto* const lines = rates_.latest(*system_.kept_lines(), detail::plain_system))
         return detail::way_of_lines(detail::are_native(*lines), system_.kept_lines()->by(), false);
     if constexpr (detail::TracedSystem<Sys>)
       use_traced([&](detail::TracedRates& m) {

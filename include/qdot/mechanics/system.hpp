@@ -61,6 +61,13 @@ struct ListedVector : Vector<double, n> {
   using Vector<double, n>::operator=;
 };
 
+// What a system has beside its energies: one type for all of them.
+struct SystemParts {
+  Eigen::Index dof;
+  std::vector<std::string> names{};  // of its coordinates; none where they are q0, q1, …
+  KeptLines kept{};
+};
+
 template <int n>
 using StateVector = std::conditional_t<n == 1 || n == Dynamic, ListedVector<n>, Vector<double, n>>;
 
@@ -98,32 +105,36 @@ class System {
 
   using EnergiesType = Energies;  ///< the object with T and V
 
-  System(Energies energies, Eigen::Index dof) : energies_(std::move(energies)), dof_(dof) {
-    if (dof_ < 1)
-      detail::throw_invalid_value({"the number of coordinates must be at least 1, but is ", dof_,
+  System(Energies energies, Eigen::Index dof) : energies_(std::move(energies)), parts_{dof} {
+    if (dof < 1)
+      detail::throw_invalid_value({"the number of coordinates must be at least 1, but is ", dof,
                                    "; pass the length of q to mechanical_system(n, T, V)"});
   }
+  /// A system of the same functions in another object, which shares the derived equations.
+  System(Energies energies, const detail::SystemParts& parts) : energies_(std::move(energies)), parts_(parts) {}
 
   /// Number of coordinates.
   Eigen::Index dof() const noexcept {
     if constexpr (n == Dynamic) {
-      return dof_;
+      return parts_.dof;
     } else {
       return n;
     }
   }
+  /// All but the energies.
+  const detail::SystemParts& parts() const noexcept { return parts_; }
 
   /// The object with T and V.
   const Energies& energies() const noexcept { return energies_; }
 
   /// Its derived equations: checked at each use, or a run's own.
-  detail::KeptLines* kept_lines() const noexcept { return &kept_; }
-  void keep(const detail::KeptLines& lines) { kept_ = lines; }  ///< makes this object keep them
+  detail::KeptLines* kept_lines() const noexcept { return &parts_.kept; }
+  void keep(const detail::KeptLines& lines) { parts_.kept = lines; }  ///< makes this object keep them
 
   /// A copy, all of whose evaluations go one way (mechanics/by.hpp).
   System by(By way) const {
     System other(*this);
-    other.kept_ = detail::KeptLines(kept_, way);
+    other.parts_.kept = detail::KeptLines(parts_.kept, way);
     return other;
   }
 
@@ -135,7 +146,7 @@ class System {
       throw DimensionError("the list of coordinate names", static_cast<long>(dof()), static_cast<long>(names.size()),
                            "give one name for each coordinate");
     System named(*this);
-    named.names_ = std::move(names);
+    named.parts_.names = std::move(names);
     return named;
   }
 
@@ -144,25 +155,23 @@ class System {
   /// M is then factored with full pivoting instead of by Cholesky.
   auto with_indefinite_mass_matrix() const {
     System<Energies, n, Inertia::indefinite> other(energies_, dof());
-    other.keep(detail::KeptLines(*other.kept_lines(), kept_.by()));
-    return names_.empty() ? other : other.with_names(names_);
+    other.keep(detail::KeptLines(*other.kept_lines(), parts_.kept.by()));
+    return parts_.names.empty() ? other : other.with_names(parts_.names);
   }
 
   /// Name of coordinate i: the user's, or q0, q1, …
   std::string coordinate_name(Eigen::Index i) const {
-    return names_.empty() ? detail::sentence({"q", i}) : names_[static_cast<std::size_t>(i)];
+    return parts_.names.empty() ? detail::sentence({"q", i}) : parts_.names[static_cast<std::size_t>(i)];
   }
 
   /// Name of velocity i: the coordinate's with "dot" behind it.
   std::string velocity_name(Eigen::Index i) const {
-    return names_.empty() ? detail::sentence({"qdot", i}) : detail::sentence({coordinate_name(i), "dot"});
+    return parts_.names.empty() ? detail::sentence({"qdot", i}) : detail::sentence({coordinate_name(i), "dot"});
   }
 
  private:
   Energies energies_;
-  Eigen::Index dof_;
-  std::vector<std::string> names_;
-  mutable detail::KeptLines kept_;
+  mutable detail::SystemParts parts_;
 };
 
 namespace detail {

@@ -118,7 +118,8 @@ RecordableForm recordable_scene(const Sc& scene) {
     print = [](const void* it, const double* phases, const Answers* answers) {
       return fingerprint_of_scene(*static_cast<const Sc*>(it), phases, answers);
     };
-  return {&scene, run_any_scene<Sc>, print, scene.dof(), Sc::states_at_compile_time, Sc::has_forces, scene.system().kept_lines()->by(), limits};
+  constexpr RunsFunctors run = run_any_scene<Sc>;
+  return {&scene, run, run, print, scene.dof(), Sc::states_at_compile_time, Sc::has_forces, scene.system().kept_lines()->by(), limits};
 }
 
 /// The phases of contacts and dry frictions in the states z of effects.

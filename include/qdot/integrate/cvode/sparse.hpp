@@ -47,7 +47,7 @@ class SparseNewton final : public NewtonEquations {
   /// Traces again where the functors are others by now.
   [[gnu::cold]] void renew() override {
     const auto run = [](const void* form, RecordedMotion& m, std::vector<char>*) { static_cast<const MethodForm*>(form)->run_functors(m); };
-    if (!lines_->still_holds({.form = &form_, .run = run, .dof = form_.dof()})) take(std::move(*form_.equations()));
+    if (!lines_->still_holds({.form = &form_, .run = run, .key = run, .print = nullptr, .dof = form_.dof()})) take(std::move(*form_.equations()));
   }
 
   void linearize(double t, const Eigen::Ref<const Eigen::VectorXd>& y) override {

@@ -8,6 +8,7 @@
 //
 // A position that moves is a function of marked coordinates. Its value and its rate are both hashes of what it returns.
 
+#include <concepts>
 #include <cstdint>
 #include <vector>
 
@@ -50,6 +51,10 @@ struct HashedMotion {
   }
 };
 
+// Energies that have their fingerprint themselves.
+template <class E>
+concept HasFingerprint = requires(const E& e, const Answers* answers) { { e.fingerprint(1, answers) } -> std::same_as<Fingerprint>; };
+
 /// The fingerprint of energies on a branch. Of functors without loops the compiler finds most of it out by itself.
 template <int n, class E>
 [[gnu::noinline, gnu::flatten]] Fingerprint fingerprint(const E& e, int size, const Answers* answers = nullptr) {
@@ -60,6 +65,10 @@ template <int n, class E>
   } catch (...) {  // what functors throw they throw again, where they are asked for values
   }
   return 0;
+}
+template <int n, HasFingerprint E>
+Fingerprint fingerprint(const E& e, int size, const Answers* answers = nullptr) {
+  return e.fingerprint(size, answers);
 }
 
 }  // namespace qdot::detail

@@ -89,9 +89,9 @@ class BasicSharedRates {
   /// ydot ← [q̇; q̈; ż] at y = [q; q̇; z], and multipliers where they are asked for; false where another way must see to it.
   bool write(const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot, FoundMultipliers* multipliers = nullptr);
   /// The lines that held last of a form; null where there are none.
-  const AnyRates* latest(RunsFunctors run, bool with_multipliers) const {
+  const AnyRates* latest(RunsFunctors key, bool with_multipliers) const {
     for (const OfForm* it = first_.load(std::memory_order_acquire); it != nullptr; it = it->next)
-      if (it->run == run && it->with_multipliers == with_multipliers) return it->latest.load(std::memory_order_acquire);
+      if (it->key == key && it->with_multipliers == with_multipliers) return it->latest.load(std::memory_order_acquire);
     return nullptr;
   }
   /// Lines of the functors as they are, which hold at y; null where there are none.
@@ -100,7 +100,7 @@ class BasicSharedRates {
  private:
   // Those of one form.
   struct OfForm {
-    RunsFunctors run;
+    RunsFunctors key;
     bool with_multipliers;
     std::atomic<const AnyRates*> latest{nullptr};  // of `met`
     MetBranches<SolvedRates, most, 1 << 30> met{};  // failures are counted here
@@ -154,9 +154,9 @@ class BasicRunRates {
   /// Looks at the functors: a leg begins. No other thread may ask meanwhile.
   void renew(const RecordableForm& form);
   /// The lines of the last evaluation; null where there are none.
-  const AnyRates* latest(const KeptLines& kept, RunsFunctors run) const {
+  const AnyRates* latest(const KeptLines& kept, RunsFunctors key) const {
     if (has_begun_) return latest_.load(std::memory_order_acquire);
-    return kept.shared() ? rates_of(*kept.shared()).latest(run, false) : nullptr;
+    return kept.shared() ? rates_of(*kept.shared()).latest(key, false) : nullptr;
   }
 
  private:

@@ -27,6 +27,7 @@ RecordableForm recordable(const Sys& system) {
   };
   return {.form = &system,
           .run = run_system<Sys>,
+          .key = plain_system,
           .print = print,
           .dof = system.dof(),
           .by = system.kept_lines()->by(),
@@ -47,7 +48,7 @@ bool write_acceleration_by_lines(const Sys& system, const Vector<double, n>& q, 
   std::copy_n(qdot.data(), n, std::copy_n(q.data(), n, y));
   SharedRates& shared = rates_of(*kept.shared());
   const auto written = [&] {
-    const AnyRates* const latest = shared.latest(run_system<Sys>, false);
+    const AnyRates* const latest = shared.latest(plain_system, false);
     if (latest != nullptr && latest->are_of(fingerprint<n>(system.energies(), n, latest->answers()))) {
       const AnyRates::Written found = latest->write(t, y, ydot);
       if (found != AnyRates::Written::elsewhere) return found == AnyRates::Written::yes;

@@ -170,13 +170,13 @@ template <class Number>
 auto BasicSharedRates<Number>::of(const RecordableForm& form, bool with_multipliers) -> OfForm& {
   const auto found = [&]() -> OfForm* {
     for (OfForm* it = first_.load(std::memory_order_acquire); it != nullptr; it = it->next)
-      if (it->run == form.run && it->with_multipliers == with_multipliers) return it;
+      if (it->key == form.key && it->with_multipliers == with_multipliers) return it;
     return nullptr;
   };
   if (OfForm* const it = found()) return *it;
   const std::lock_guard lock(adding_);
   if (OfForm* const it = found()) return *it;
-  auto* const made = new OfForm{.run = form.run, .with_multipliers = with_multipliers, .next = first_.load(std::memory_order_relaxed)};
+  auto* const made = new OfForm{.key = form.key, .with_multipliers = with_multipliers, .next = first_.load(std::memory_order_relaxed)};
   first_.store(made, std::memory_order_release);
   return *made;
 }

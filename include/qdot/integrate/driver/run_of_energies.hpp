@@ -1,0 +1,79 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A run of a system of few coordinates, whose T and V are behind virtual functions (mechanics/derive/any_energies.hpp).
+//
+// What a run does depends on the number of coordinates, not on T and V. So it is compiled once for each number: in the library (qdot::compiled), or in a
+// program for all its systems.
+
+#include <Eigen/Core>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "qdot/integrate/any_stepper.hpp"
+#include "qdot/integrate/driver/listed_event.hpp"
+#include "qdot/integrate/options.hpp"
+#include "qdot/integrate/run.hpp"
+#include "qdot/integrate/steps/watch_budget.hpp"
+#include "qdot/integrate/watch/driven_form.hpp"
+#include "qdot/mechanics/derive/any_energies.hpp"
+#include "qdot/mechanics/system.hpp"
+
+namespace qdot::detail {
+
+/// drive() of a run with or without events, and with or without an observer.
+using Drives = void (*)(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
+                        std::vector<ListedEvent> events, double t0, const Eigen::VectorXd& y0, double t_end);
+
+/// What simulate() was given beside the system and the method.
+struct RunRequest {
+  double t0;
+  Eigen::VectorXd y0;
+  double t_end;
+  const Options& options;
+  Drives drive;
+  Onlooker onlooker{};
+  std::vector<ListedEvent> events{};
+};
+
+/// A method that asks for rates alone: its steppers for so many components.
+struct MethodOfRates {
+  AnyStepper (*stepper)(std::unique_ptr<Rates> rates, std::unique_ptr<Rates> projected, std::string name, const Options& options);
+  std::string_view name;
+};
+
+/// Runs of systems with n coordinates.
+///
+/// @tparam timed  T or V takes the time
+template <int n, bool timed>
+struct RunOfEnergies {
+  static Run<> by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, RunRequest request);
+};
+
+}  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template struct RunOfEnergies<1, false>;
+extern template struct RunOfEnergies<1, true>;
+extern template struct RunOfEnergies<2, false>;
+extern template struct RunOfEnergies<2, true>;
+extern template struct RunOfEnergies<3, false>;
+extern template struct RunOfEnergies<3, true>;
+extern template struct RunOfEnergies<4, false>;
+extern template struct RunOfEnergies<4, true>;
+extern template struct RunOfEnergies<5, false>;
+extern template struct RunOfEnergies<5, true>;
+extern template struct RunOfEnergies<6, false>;
+extern template struct RunOfEnergies<6, true>;
+extern template struct RunOfEnergies<7, false>;
+extern template struct RunOfEnergies<7, true>;
+extern template struct RunOfEnergies<8, false>;
+extern template struct RunOfEnergies<8, true>;
+}  // namespace qdot::detail
+#else
+#include "qdot/integrate/driver/run_of_form.hpp"
+#endif

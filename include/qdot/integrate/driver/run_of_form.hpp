@@ -1,0 +1,50 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A run of a first-order form: what simulate() does once types of observers and events are hidden.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "qdot/integrate/driver/run_of_energies.hpp"
+#include "qdot/integrate/watch/driven_form_of.hpp"
+#include "qdot/mechanics/equations/entries.hpp"
+#include "qdot/mechanics/first_order_form.hpp"
+
+namespace qdot::detail {
+
+/// The run of a form; make_stepper(form, options) makes a stepper of a copy of it.
+///
+/// @throws as simulate()
+template <class Form, class MakeStepper>
+Run<> run_of_form(const Form& form, const MakeStepper& make_stepper, RunRequest&& request) {
+  require_valid(request.options, form.size());
+  require_option(std::isfinite(request.t_end), "t_end", "must be finite", request.t_end, "choose a time to end at");
+  const double* const y0 = request.y0.data();
+  if constexpr (requires { require_existing_entries(form.system(), y0, request.t0); }) {
+    require_existing_entries(form.system(), y0, request.t0);
+  } else if constexpr (requires { require_existing_entries(form.scene().system(), y0, request.t0); }) {
+    require_existing_entries(form.scene().system(), y0, request.t0);
+  }
+  const Budget budget(request.options);  // begins before the stepper's own, which is made here
+  const auto& driven = driven_form(form);
+  Form stepped = form;  // what a long run keeps is the stepper's, which makes it anew where a leg begins
+  if constexpr (requires { stepped.expect_long_run(); }) stepped.expect_long_run();
+  Run<> run;
+  request.drive(run, driven, make_stepper(std::as_const(stepped), request.options), request.options, budget, request.onlooker, std::move(request.events),
+                request.t0, request.y0, request.t_end);
+  return run;
+}
+
+template <int n, bool timed>
+Run<> RunOfEnergies<n, timed>::by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, RunRequest request) {
+  using Sys = System<AnyEnergies<n, timed>, n>;
+  const auto stepper = [&method](const FirstOrderForm<Sys>& form, const Options& options) {
+    return method.stepper(rates_of(form), nullptr, std::string(method.name), options);
+  };
+  return run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper, std::move(request));
+}
+
+}  // namespace qdot::detail

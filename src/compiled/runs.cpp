@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+//
+// Runs of systems with up to eight coordinates. What they have in common is in equations.cpp.
+#define QDOT_COMPILED
+#include <qdot/integrate/driver/run_of_form.hpp>
+
+namespace qdot::detail {
+template struct RunOfEnergies<1, false>;
+template struct RunOfEnergies<1, true>;
+template struct RunOfEnergies<2, false>;
+template struct RunOfEnergies<2, true>;
+template struct RunOfEnergies<3, false>;
+template struct RunOfEnergies<3, true>;
+template struct RunOfEnergies<4, false>;
+template struct RunOfEnergies<4, true>;
+template struct RunOfEnergies<5, false>;
+template struct RunOfEnergies<5, true>;
+template struct RunOfEnergies<6, false>;
+template struct RunOfEnergies<6, true>;
+template struct RunOfEnergies<7, false>;
+template struct RunOfEnergies<7, true>;
+template struct RunOfEnergies<8, false>;
+template struct RunOfEnergies<8, true>;
+}  // namespace qdot::detail
