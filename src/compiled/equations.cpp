@@ -67,6 +67,9 @@ template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, const Op
                                  double, const Eigen::VectorXd&, double);
 template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker, std::vector<ListedEvent>,
                                 double, const Eigen::VectorXd&, double);
+template AnyStepper taylor_stepper<2>(const AnyForm&, int, const Options&);
+template AnyStepper taylor_stepper<4>(const AnyForm&, int, const Options&);
+template AnyStepper taylor_stepper<6>(const AnyForm&, int, const Options&);
 template NaturalTolerances natural_tolerances<double>(const DrivenForm&, const Options&, double, const Eigen::VectorXd&, double);
 template class BranchCrossing<double>;
 template std::unique_ptr<AnyWatch> watchdog<false>(std::unique_ptr<const WatchedForm>, const Options&);

@@ -2,6 +2,7 @@
 //
 // Runs of systems with up to eight coordinates. What they have in common is in equations.cpp.
 #define QDOT_COMPILED
+#include <qdot/integrate/driver/any_form_of.hpp>
 #include <qdot/integrate/driver/run_of_form.hpp>
 
 namespace qdot::detail {

@@ -114,7 +114,7 @@ MUTANTS = [
     (IN + "/gauss.hpp", "time of a stage: of the step's beginning", "this->elapsed_ + table_.c[i_of(i)] * h", "this->elapsed_", "integrate/gauss"),
     (IN + "/gauss.hpp", "weights of the new momenta: index", "f_sum += table_.b[i_of(i)] * force_[i];", "f_sum += table_.b[i_of(i)] * force_[0];",
      "integrate/gauss"),
-    (IN + "/taylor.hpp", "step to the end: first term only", "change[i] = change[i] * s + c;", "change[i] = c;", "integrate/taylor"),
+    (IN + "/steps/taylor_stepper.hpp", "step to the end: first term only", "change[i] = change[i] * s + c;", "change[i] = c;", "integrate/taylor"),
     (IN + "/driver/watched_function.hpp", "direction of an event: sign", "(from_side > 0)", "(from_side < 0)", "integrate/event"),
     (IN + "/driver/event_finder.hpp", "grazing roots not looked for", "dip(t0, g0, t1, g1, t2, g2);", ";", "integrate/event"),
     (IN + "/driver/event_watch.hpp", "the last root first", "std::abs(to_ - *watches_[i].root) > std::abs(to_ - firing->elapsed)",

@@ -39,7 +39,8 @@ class AnyStepper {
   template <class Make>
   static AnyStepper made_by(const Make& make) {
     static_assert(Stepper<decltype(make())>, "qdot: AnyStepper holds what models Stepper");
-    return AnyStepper(std::make_unique<Holder<decltype(make())>>(make));
+    if constexpr (std::is_same_v<decltype(make()), AnyStepper>) return make();
+    else return AnyStepper(std::make_unique<Holder<decltype(make())>>(make));
   }
 
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) { held_->reset(at, y); }

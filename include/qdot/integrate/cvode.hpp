@@ -23,12 +23,17 @@
 // solvers, ACM TOMS 31 (2005) 363–396.
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "qdot/integrate/cvode_stepper.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/watch/any_form.hpp"
+#ifndef QDOT_COMPILED
+#include "qdot/integrate/driver/any_form_of.hpp"
+#endif
 
 namespace qdot {
 
@@ -42,8 +47,16 @@ struct CvodeBdf {
   /// A stepper for `system`, which it copies. Allocates all its memory here.
   template <FirstOrderSystem F>
   CvodeStepper stepper(const F& system, const Options& options) const {
-    return CvodeStepper(system, {std::string(name), CV_BDF, max_order, Corrector::newton, on_message}, options);
+    return CvodeStepper(system, settings(), options);
   }
+  /// That of a system whose type is hidden.
+  template <int size>
+  CvodeStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {
+    return CvodeStepper(form->method_form(), settings(), options);
+  }
+
+ private:
+  CvodeSettings settings() const { return {std::string(name), CV_BDF, max_order, Corrector::newton, on_message}; }
 };
 
 /// Adams–Moulton formulas of variable order; for smooth motion that is not stiff.
@@ -57,8 +70,16 @@ struct CvodeAdams {
   /// A stepper for `system`, which it copies. Allocates all its memory here.
   template <FirstOrderSystem F>
   CvodeStepper stepper(const F& system, const Options& options) const {
-    return CvodeStepper(system, {std::string(name), CV_ADAMS, max_order, corrector, on_message}, options);
+    return CvodeStepper(system, settings(), options);
   }
+  /// That of a system whose type is hidden.
+  template <int size>
+  CvodeStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {
+    return CvodeStepper(form->method_form(), settings(), options);
+  }
+
+ private:
+  CvodeSettings settings() const { return {std::string(name), CV_ADAMS, max_order, corrector, on_message}; }
 };
 
 }  // namespace qdot

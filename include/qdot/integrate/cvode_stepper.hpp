@@ -16,6 +16,7 @@
 #include "qdot/integrate/cvode/core.hpp"
 #include "qdot/integrate/cvode/sparse.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/watch/any_form.hpp"
 #include "qdot/integrate/watch/driven_form_of.hpp"
 
 namespace qdot {
@@ -30,6 +31,10 @@ class CvodeStepper {
   CvodeStepper(const F& system, CvodeSettings settings, const Options& options)
       : core_(detail::cvode::new_core(std::make_unique<detail::SparseFormOf<detail::MethodForm, F>>(system), detail::cvode::newton_maker<F>(),
                                       std::move(settings), options)) {}
+
+  /// Of a system whose type is hidden.
+  CvodeStepper(std::unique_ptr<detail::MethodForm> form, CvodeSettings settings, const Options& options)
+      : core_(detail::cvode::new_core(std::move(form), nullptr, std::move(settings), options)) {}
 
   /// Starts (afresh) at (t, y); evaluates f once there.
   ///

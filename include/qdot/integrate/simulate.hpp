@@ -14,6 +14,7 @@
 // the user's own, which are passed on unchanged (and take the run with them).
 
 #include <Eigen/Core>
+#include <memory>
 #include <type_traits>
 #include <utility>
 
@@ -25,18 +26,39 @@
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/stepper.hpp"
+#include "qdot/integrate/watch/any_form.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot {
 
 namespace detail {
 
-// Whether a run depends on the number of coordinates alone: of a system of few, whose T and V can be recorded, by a method that asks for rates.
+// Methods that need no more of a small system than AnyForm has.
+template <class Method, int size>
+concept MethodOfRatesAlone = requires { typename Method::template StepperOfRates<size>; };
+template <class Method, int size>
+concept MethodOfAnyForm = requires(const Method& method, const std::shared_ptr<const AnyForm>& form, const Options& options) {
+  { method.template stepper_of_form<size>(form, options) } -> Stepper;
+};
+
+// Whether a run depends on the number of coordinates alone: of a system of few, whose T and V can be recorded, by such a method.
 template <class System, class Method>
 inline constexpr bool has_hidden_run = false;
 template <class E, int n, class Method>
-  requires requires { typename Method::template StepperOfRates<2 * n>; }
-inline constexpr bool has_hidden_run<System<E, n, Inertia::positive_definite>, Method> = may_have_rates<n> && RecordableEnergies<E, n>;
+inline constexpr bool has_hidden_run<System<E, n, Inertia::positive_definite>, Method> =
+    may_have_rates<n> && RecordableEnergies<E, n> && (MethodOfRatesAlone<Method, 2 * n> || MethodOfAnyForm<Method, 2 * n>);
+
+// Of a method for so many components.
+template <int size, class Method>
+auto hidden_method(const Method& method) {
+  if constexpr (MethodOfRatesAlone<Method, size>) {
+    return MethodOfRates{stepper_of_rates<typename Method::template StepperOfRates<size>>, Method::name};
+  } else {
+    return MethodOfForm{&method, [](const void* settings, std::shared_ptr<const AnyForm> form, const Options& options) {
+                          return AnyStepper::made_by([&] { return static_cast<const Method*>(settings)->template stepper_of_form<size>(form, options); });
+                        }};
+  }
+}
 
 }  // namespace detail
 
@@ -71,9 +93,8 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   if constexpr (detail::has_hidden_run<System, Method>) {
     constexpr int n = System::dof_at_compile_time;
     constexpr bool timed = !System::autonomous;
-    using Stepper = typename Method::template StepperOfRates<2 * n>;
     return detail::run_of<n>(detail::RunOfEnergies<n, timed>::by(
-        {detail::stepper_of_rates<Stepper>, Method::name}, detail::AnyEnergies<n, timed>(system.energies()), system.parts(),
+        detail::hidden_method<2 * n>(method), detail::AnyEnergies<n, timed>(system.energies()), system.parts(),
         {start.t, detail::packed_start<n>(start), t_end, options, detail::drive<has_events, is_observed>, onlooker, detail::listed_events<n>(events)}));
   } else {
     const auto form = detail::form_by(system, options.by);

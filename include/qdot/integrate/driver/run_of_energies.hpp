@@ -17,6 +17,7 @@
 #include "qdot/integrate/driver/listed_event.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"
+#include "qdot/integrate/watch/any_form.hpp"
 #include "qdot/integrate/steps/watch_budget.hpp"
 #include "qdot/integrate/watch/driven_form.hpp"
 #include "qdot/mechanics/derive/any_energies.hpp"
@@ -45,12 +46,20 @@ struct MethodOfRates {
   std::string_view name;
 };
 
+/// A method that asks for more: its stepper for a system.
+struct MethodOfForm {
+  const void* settings;
+  AnyStepper (*stepper)(const void* settings, std::shared_ptr<const AnyForm> form, const Options& options);
+};
+
 /// Runs of systems with n coordinates.
 ///
 /// @tparam timed  T or V takes the time
 template <int n, bool timed>
 struct RunOfEnergies {
   static Run<> by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, RunRequest request);
+  /// Defined in integrate/driver/any_form_of.hpp, which methods include that need it.
+  static Run<> by(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, RunRequest request);
 };
 
 }  // namespace qdot::detail

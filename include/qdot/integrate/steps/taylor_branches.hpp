@@ -328,21 +328,22 @@ bool BranchedSeries<X>::land(const PolynomialView& motion, double end, double wa
 extern template class BranchedSeries<>;
 #endif
 
-/// The series of a system or scene; its functors are run once.
+/// The series of a motion whose functors are run once, and once for each branch where they have some.
+inline std::unique_ptr<PowerSeries> power_series(const std::shared_ptr<const MotionSource>& source, int highest_order) {
+  try {
+    return std::make_unique<LagrangeSeries<>>(source, highest_order);
+  } catch (const NotAnalytic&) {  // what has no branches either is refused where the motion begins
+    return std::make_unique<BranchedSeries<>>(source, highest_order);
+  }
+}
+
+/// The series of a system or scene.
 template <class F>
 struct PowerSeriesOf {
-  static std::unique_ptr<PowerSeries> of_one_formula(const F& form, int highest_order) {
-    return std::make_unique<LagrangeSeries<>>(std::make_shared<MotionSourceOf<F>>(form), highest_order);
-  }
   static std::unique_ptr<PowerSeries> made(const F& form, int highest_order) {
-    if constexpr (has_branches_recorded<F>) {
-      try {
-        return of_one_formula(form, highest_order);
-      } catch (const NotAnalytic&) {  // what has no branches either is refused where the motion begins
-        return std::make_unique<BranchedSeries<>>(std::make_shared<MotionSourceOf<F>>(form), highest_order);
-      }
-    }
-    return of_one_formula(form, highest_order);
+    const auto source = std::make_shared<MotionSourceOf<F>>(form);
+    if constexpr (has_branches_recorded<F>) return power_series(source, highest_order);
+    else return std::make_unique<LagrangeSeries<>>(source, highest_order);
   }
 };
 

@@ -1,0 +1,38 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// AnyForm (integrate/watch/any_form.hpp) of a form, and runs of small systems by methods that ask for it.
+
+#include <memory>
+#include <utility>
+
+#include "qdot/integrate/driver/run_of_form.hpp"
+#include "qdot/integrate/watch/any_form.hpp"
+#include "qdot/integrate/steps/taylor_equations.hpp"
+#include "qdot/integrate/watch/driven_form_of.hpp"
+
+namespace qdot::detail {
+
+template <class Form>
+class AnyFormOf final : public AnyForm {
+ public:
+  explicit AnyFormOf(const Form& form) : form_(form) {}
+
+  std::unique_ptr<Rates> rates() const override { return rates_of(form_); }
+  std::unique_ptr<MethodForm> method_form() const override { return std::make_unique<MethodFormOf<MethodForm, Form>>(form_); }
+  std::shared_ptr<const MotionSource> motion_source() const override { return std::make_shared<MotionSourceOf<Form>>(form_); }
+
+ private:
+  Form form_;
+};
+
+template <int n, bool timed>
+Run<> RunOfEnergies<n, timed>::by(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, RunRequest request) {
+  using Sys = System<AnyEnergies<n, timed>, n>;
+  const auto stepper = [&method](const FirstOrderForm<Sys>& form, const Options& options) {
+    return method.stepper(method.settings, std::make_shared<AnyFormOf<FirstOrderForm<Sys>>>(form), options);
+  };
+  return run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper, std::move(request));
+}
+
+}  // namespace qdot::detail
