@@ -8,7 +8,6 @@
 // last good state, the trajectory up to there, the samples that were reached, and what it cost.
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <concepts>
 #include <span>
 #include <string>
@@ -183,23 +182,6 @@ void require_dof(const F& system, const Start& start) {
   for (const auto& [what, size] : {std::pair("q", start.q.size()), {"qdot", start.qdot.size()}})
     if (size != dof(system))
       throw DimensionError(what, static_cast<long>(dof(system)), static_cast<long>(size), "pass one entry for each coordinate of the system");
-}
-
-// y of a start of a system with n coordinates.
-template <int n, class Start>
-Eigen::VectorXd packed_start(const Start& start) {
-  if constexpr (requires { start.y; }) {
-    return start.y;
-  } else {
-    constexpr int given = decltype(start.q)::SizeAtCompileTime;
-    static_assert(given == Dynamic || given == n,
-                  "qdot: the start is a State of another number of coordinates than the system has: take State<n> with the n of mechanical_system<n>");
-    for (const auto& [what, size] : {std::pair("q", start.q.size()), {"qdot", start.qdot.size()}})
-      if (size != n) throw DimensionError(what, n, static_cast<long>(size), "pass one entry for each coordinate of the system");
-    Eigen::VectorXd y(2 * n);
-    std::copy_n(start.qdot.data(), n, std::copy_n(start.q.data(), n, y.data()));
-    return y;
-  }
 }
 
 // y of a start, which is a State (packed by the system's form, if it knows how) or has a y of its own.

@@ -93,9 +93,9 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   if constexpr (detail::has_hidden_run<System, Method>) {
     constexpr int n = System::dof_at_compile_time;
     constexpr bool timed = !System::autonomous;
-    return detail::run_of<n>(detail::RunOfEnergies<n, timed>::by(
-        detail::hidden_method<2 * n>(method), detail::AnyEnergies<n, timed>(system.energies()), system.parts(),
-        {start.t, detail::packed_start<n>(start), t_end, options, detail::drive<has_events, is_observed>, onlooker, detail::listed_events<n>(events)}));
+    return detail::RunOfEnergies<n, timed>::by(
+        detail::hidden_method<2 * n>(method), detail::AnyEnergies<n, timed>(system.energies()), system.parts(), detail::numbers_of<n>(start),
+        {start.t, t_end, options, detail::drive<has_events, is_observed>, onlooker, detail::listed_events<n>(events)});
   } else {
     const auto form = detail::form_by(system, options.by);
     using Form = std::remove_cvref_t<decltype(form)>;
@@ -103,8 +103,9 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
     constexpr int n = detail::dof_at_compile_time<Form>();
     constexpr bool watches = has_events || SwitchingSystem<Form>;
     const auto stepper = [&method](const Form& stepped, const Options& of_run) { return any_stepper(method, stepped, of_run); };
-    return detail::run_of<n>(detail::run_of_form(form, stepper, {start.t, detail::packed(form, start), t_end, options, detail::drive<watches, is_observed>,
-                                                                 onlooker, detail::listed_events<n>(events)}));
+    return detail::run_of<n>(detail::run_of_form(
+        form, stepper, detail::packed(form, start),
+        {start.t, t_end, options, detail::drive<watches, is_observed>, onlooker, detail::listed_events<n>(events)}));
   }
 }
 

@@ -98,7 +98,7 @@ class EngineOf final : public Engine {
   EngineOf(const System& system, const Start& start, Method method, const Options& options, EventList<Events...> events)
       : form_(form_by(system, options.by)), method_(std::move(method)), options_(checked(options, form_.size())), events_(std::move(events)),
         driven_(driven_form(form_)), driver_(run_, driven_, any_stepper(method_, form_, unlimited(options_)), options_, Budget(options_), Onlooker{},
-                                             listed_events<dof_at_compile_time<Form>()>(events_)) {
+                                             kept(listed_events<dof_at_compile_time<Form>()>(events_))) {
     t = start.t;
     y = packed(form_, start);
     dof = qdot::detail::dof(form_);

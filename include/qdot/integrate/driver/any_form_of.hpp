@@ -27,12 +27,13 @@ class AnyFormOf final : public AnyForm {
 };
 
 template <int n, bool timed>
-Run<> RunOfEnergies<n, timed>::by(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, RunRequest request) {
+Run<n> RunOfEnergies<n, timed>::by(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
+                                   const RunRequest& request) {
   using Sys = System<AnyEnergies<n, timed>, n>;
   const auto stepper = [&method](const FirstOrderForm<Sys>& form, const Options& options) {
     return method.stepper(method.settings, std::make_shared<AnyFormOf<FirstOrderForm<Sys>>>(form), options);
   };
-  return run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper, std::move(request));
+  return run_of<n>(run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper, packed_numbers(start, n), request));
 }
 
 }  // namespace qdot::detail

@@ -7,10 +7,12 @@
 // roots need not know these types: an event is called some ten times in a step, and a call costs a nanosecond.
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <optional>
+#include <span>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -78,9 +80,11 @@ ListedEvent listed_event(const Event<G, Action>& event) {
   return result;
 }
 
+// Those of a list, which they refer to.
 template <int n, class... Events>
-std::vector<ListedEvent> listed_events(const EventList<Events...>& events) {
-  return std::apply([](const auto&... each) { return std::vector<ListedEvent>{listed_event<n>(each)...}; }, events.list);
+std::array<ListedEvent, sizeof...(Events)> listed_events(const EventList<Events...>& events) {
+  return std::apply([](const auto&... each) { return std::array<ListedEvent, sizeof...(Events)>{listed_event<n>(each)...}; }, events.list);
 }
+inline std::vector<ListedEvent> kept(std::span<const ListedEvent> events) { return {events.begin(), events.end()}; }
 
 }  // namespace qdot::detail

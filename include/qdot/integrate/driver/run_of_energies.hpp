@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -29,16 +30,33 @@ namespace qdot::detail {
 using Drives = void (*)(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
                         std::vector<ListedEvent> events, double t0, const Eigen::VectorXd& y0, double t_end);
 
-/// What simulate() was given beside the system and the method.
+/// What simulate() was given beside the system, the start and the method.
 struct RunRequest {
-  double t0;
-  Eigen::VectorXd y0;
-  double t_end;
+  double t0, t_end;
   const Options& options;
   Drives drive;
   Onlooker onlooker{};
-  std::vector<ListedEvent> events{};
+  std::span<const ListedEvent> events{};
 };
+
+/// Numbers of a start: of q and q̇, or all of y in the place of q.
+struct StartNumbers {
+  const double* q;
+  Eigen::Index size;
+  const double* qdot = nullptr;
+  Eigen::Index qdot_size = 0;
+};
+template <int n, class Start>
+StartNumbers numbers_of(const Start& start) {
+  if constexpr (requires { start.y; }) {
+    return {start.y.data(), start.y.size()};
+  } else {
+    constexpr int given = decltype(start.q)::SizeAtCompileTime;
+    static_assert(given == Dynamic || given == n,
+                  "qdot: the start is a State of another number of coordinates than the system has: take State<n> with the n of mechanical_system<n>");
+    return {start.q.data(), start.q.size(), start.qdot.data(), start.qdot.size()};
+  }
+}
 
 /// A method that asks for rates alone: its steppers for so many components.
 struct MethodOfRates {
@@ -57,9 +75,11 @@ struct MethodOfForm {
 /// @tparam timed  T or V takes the time
 template <int n, bool timed>
 struct RunOfEnergies {
-  static Run<> by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, RunRequest request);
+  static Run<n> by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
+                   const RunRequest& request);
   /// Defined in integrate/driver/any_form_of.hpp, which methods include that need it.
-  static Run<> by(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, RunRequest request);
+  static Run<n> by(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
+                   const RunRequest& request);
 };
 
 }  // namespace qdot::detail

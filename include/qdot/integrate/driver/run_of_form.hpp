@@ -4,10 +4,12 @@
 // A run of a first-order form: what simulate() does once types of observers and events are hidden.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 
+#include "qdot/error.hpp"
 #include "qdot/integrate/driver/run_of_energies.hpp"
 #include "qdot/integrate/watch/driven_form_of.hpp"
 #include "qdot/mechanics/equations/entries.hpp"
@@ -19,10 +21,10 @@ namespace qdot::detail {
 ///
 /// @throws as simulate()
 template <class Form, class MakeStepper>
-Run<> run_of_form(const Form& form, const MakeStepper& make_stepper, RunRequest&& request) {
+Run<> run_of_form(const Form& form, const MakeStepper& make_stepper, const Eigen::VectorXd& start, const RunRequest& request) {
   require_valid(request.options, form.size());
   require_option(std::isfinite(request.t_end), "t_end", "must be finite", request.t_end, "choose a time to end at");
-  const double* const y0 = request.y0.data();
+  const double* const y0 = start.data();
   if constexpr (requires { require_existing_entries(form.system(), y0, request.t0); }) {
     require_existing_entries(form.system(), y0, request.t0);
   } else if constexpr (requires { require_existing_entries(form.scene().system(), y0, request.t0); }) {
@@ -33,18 +35,31 @@ Run<> run_of_form(const Form& form, const MakeStepper& make_stepper, RunRequest&
   Form stepped = form;  // what a long run keeps is the stepper's, which makes it anew where a leg begins
   if constexpr (requires { stepped.expect_long_run(); }) stepped.expect_long_run();
   Run<> run;
-  request.drive(run, driven, make_stepper(std::as_const(stepped), request.options), request.options, budget, request.onlooker, std::move(request.events),
-                request.t0, request.y0, request.t_end);
+  request.drive(run, driven, make_stepper(std::as_const(stepped), request.options), request.options, budget, request.onlooker,
+                kept(request.events), request.t0, start, request.t_end);
   return run;
 }
 
+// y of a start of n coordinates.
+template <class = void>
+Eigen::VectorXd packed_numbers(const StartNumbers& start, Eigen::Index n) {
+  if (!start.qdot) return Eigen::Map<const Eigen::VectorXd>(start.q, start.size);
+  for (const auto& [what, size] : {std::pair("q", start.size), {"qdot", start.qdot_size}})
+    if (size != n)
+      throw DimensionError(what, static_cast<long>(n), static_cast<long>(size), "pass one entry for each coordinate of the system");
+  Eigen::VectorXd y(2 * n);
+  std::copy_n(start.qdot, n, std::copy_n(start.q, n, y.data()));
+  return y;
+}
+
 template <int n, bool timed>
-Run<> RunOfEnergies<n, timed>::by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, RunRequest request) {
+Run<n> RunOfEnergies<n, timed>::by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
+                                   const RunRequest& request) {
   using Sys = System<AnyEnergies<n, timed>, n>;
   const auto stepper = [&method](const FirstOrderForm<Sys>& form, const Options& options) {
     return method.stepper(rates_of(form), nullptr, std::string(method.name), options);
   };
-  return run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper, std::move(request));
+  return run_of<n>(run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper, packed_numbers(start, n), request));
 }
 
 }  // namespace qdot::detail
