@@ -83,6 +83,7 @@ void choose_first(AutomaticChoice& choice, Eigen::Index size, const Options& opt
 template <class Stiff>
 struct AutomaticWith {
   static constexpr std::string_view name = "automatic";  ///< as statistics call it until it has chosen
+  using MakerOfSteppers = AutomaticWith;                 ///< integrate/watch/any_form.hpp
 
   Stiff stiff = {};  ///< settings of the stiff method
 
@@ -101,11 +102,9 @@ struct AutomaticWith {
                            [&] { return any_stepper(Taylor{}, system, options); });
     return AutomaticStepper(std::move(choice), system.size());
   }
-  /// That of a system whose type is hidden.
+  /// The same for a system whose type is hidden.
   template <int size>
-    requires requires(const Stiff& method, const std::shared_ptr<const detail::AnyForm>& form, const Options& options) {
-      method.template stepper_of_form<size>(form, options);
-    }
+    requires detail::MethodOfAnyForm<Stiff, size>
   [[gnu::cold]] AutomaticStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {
     const std::shared_ptr<detail::MethodForm> kept = form->method_form();
     AutomaticChoice choice = choice_of(
@@ -117,7 +116,7 @@ struct AutomaticWith {
   }
 
  private:
-  // Steppers, and what else is asked of the system.
+  // The choice without a series: steppers, and what is asked of the system besides.
   template <class F>
   static AutomaticChoice choice_of(const std::shared_ptr<F>& kept, AnyStepper smooth, std::function<AnyStepper()> stiff_method) {
     return {.series = std::nullopt,

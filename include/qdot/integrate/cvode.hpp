@@ -40,6 +40,7 @@ namespace qdot {
 /// Backward differentiation formulas with Newton's method and the exact Jacobian; for stiff systems.
 struct CvodeBdf {
   static constexpr std::string_view name = "cvode_bdf";  ///< as statistics call it
+  using MakerOfSteppers = CvodeBdf;                      ///< integrate/watch/any_form.hpp
 
   int max_order = 5;                                      ///< 1 … 5
   std::function<void(std::string_view)> on_message = {};  ///< sink for SUNDIALS' own messages
@@ -49,7 +50,7 @@ struct CvodeBdf {
   CvodeStepper stepper(const F& system, const Options& options) const {
     return CvodeStepper(system, settings(), options);
   }
-  /// That of a system whose type is hidden.
+  /// The same for a system whose type is hidden.
   template <int size>
   CvodeStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {
     return CvodeStepper(form->method_form(), settings(), options);
@@ -62,6 +63,7 @@ struct CvodeBdf {
 /// Adams–Moulton formulas of variable order; for smooth motion that is not stiff.
 struct CvodeAdams {
   static constexpr std::string_view name = "cvode_adams";  ///< as statistics call it
+  using MakerOfSteppers = CvodeAdams;                      ///< integrate/watch/any_form.hpp
 
   int max_order = 12;                                     ///< 1 … 12
   Corrector corrector = Corrector::newton;                ///< Newton also where the motion turns stiff for a while
@@ -72,7 +74,7 @@ struct CvodeAdams {
   CvodeStepper stepper(const F& system, const Options& options) const {
     return CvodeStepper(system, settings(), options);
   }
-  /// That of a system whose type is hidden.
+  /// The same for a system whose type is hidden.
   template <int size>
   CvodeStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {
     return CvodeStepper(form->method_form(), settings(), options);

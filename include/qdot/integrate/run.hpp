@@ -184,6 +184,13 @@ void require_dof(const F& system, const Start& start) {
       throw DimensionError(what, static_cast<long>(dof(system)), static_cast<long>(size), "pass one entry for each coordinate of the system");
 }
 
+// A start's y has one entry for each component.
+template <class = void>
+void require_components(Eigen::Index given, Eigen::Index needed) {
+  if (given != needed)
+    throw DimensionError("y", static_cast<long>(needed), static_cast<long>(given), "pass one entry for each component of the system");
+}
+
 // y of a start, which is a State (packed by the system's form, if it knows how) or has a y of its own.
 template <FirstOrderSystem F, class Start>
 Eigen::VectorXd packed(const F& system, const Start& start) {
@@ -193,6 +200,7 @@ Eigen::VectorXd packed(const F& system, const Start& start) {
                   "qdot: the start is a State of another number of coordinates than the system has: take State<n> with the n of mechanical_system<n>");
   }
   if constexpr (requires { start.y; }) {
+    require_components(start.y.size(), system.size());
     return start.y;
   } else if constexpr (requires { system.packed(start); }) {
     const auto given = system.packed(start);

@@ -33,14 +33,9 @@ namespace qdot {
 
 namespace detail {
 
-// Methods that need no more of a small system than AnyForm has.
+// Methods that need rates alone.
 template <class Method, int size>
 concept MethodOfRatesAlone = requires { typename Method::template StepperOfRates<size>; };
-template <class Method, int size>
-concept MethodOfAnyForm = requires(const Method& method, const std::shared_ptr<const AnyForm>& form, const Options& options) {
-  { method.template stepper_of_form<size>(form, options) } -> Stepper;
-};
-
 // Whether a run depends on the number of coordinates alone: of a system of few, whose T and V can be recorded, by such a method.
 template <class System, class Method>
 inline constexpr bool has_hidden_run = false;

@@ -84,6 +84,7 @@ extern template AnyStepper taylor_stepper<6>(const AnyForm&, int, const Options&
 /// Taylor series of the motion: energies and forces that are smooth, or smooth by pieces; 1e-9 to 1e-15, long runs at full accuracy.
 struct Taylor {
   static constexpr std::string_view name = "taylor";  ///< as statistics call it
+  using MakerOfSteppers = Taylor;                     ///< integrate/watch/any_form.hpp
 
   int order = 0;  ///< 4 … 60; 0: chosen from rtol
 
@@ -101,7 +102,7 @@ struct Taylor {
                   "take every scalar: take `const auto& q`, or make them a template <class S>; or use Dop853");
     return {detail::rates_of(system), [&](int highest_order) { return detail::PowerSeriesOf<F>::made(system, highest_order); }, order, options};
   }
-  /// That of a system whose type is hidden.
+  /// The same for a system whose type is hidden.
   template <int size>
   AnyStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {
     return detail::taylor_stepper<size>(*form, order, options);

@@ -80,7 +80,7 @@ ListedEvent listed_event(const Event<G, Action>& event) {
   return result;
 }
 
-// Those of a list, which they refer to.
+// The events of a list, for calls; the list must outlive them.
 template <int n, class... Events>
 std::array<ListedEvent, sizeof...(Events)> listed_events(const EventList<Events...>& events) {
   return std::apply([](const auto&... each) { return std::array<ListedEvent, sizeof...(Events)>{listed_event<n>(each)...}; }, events.list);

@@ -41,6 +41,7 @@ struct RunRequest {
 
 /// Numbers of a start: of q and q̇, or all of y in the place of q.
 struct StartNumbers {
+  bool is_y;
   const double* q;
   Eigen::Index size;
   const double* qdot = nullptr;
@@ -49,12 +50,14 @@ struct StartNumbers {
 template <int n, class Start>
 StartNumbers numbers_of(const Start& start) {
   if constexpr (requires { start.y; }) {
-    return {start.y.data(), start.y.size()};
+    return {true, start.y.data(), start.y.size()};
   } else {
     constexpr int given = decltype(start.q)::SizeAtCompileTime;
     static_assert(given == Dynamic || given == n,
                   "qdot: the start is a State of another number of coordinates than the system has: take State<n> with the n of mechanical_system<n>");
-    return {start.q.data(), start.q.size(), start.qdot.data(), start.qdot.size()};
+    static_assert(decltype(start.q)::InnerStrideAtCompileTime == 1 && decltype(start.qdot)::InnerStrideAtCompileTime == 1,
+                  "qdot: q and qdot of a start must have their numbers one after the other: take State<n>");
+    return {false, start.q.data(), start.q.size(), start.qdot.data(), start.qdot.size()};
   }
 }
 

@@ -41,9 +41,14 @@ Run<> run_of_form(const Form& form, const MakeStepper& make_stepper, const Eigen
 }
 
 // y of a start of n coordinates.
+//
+// @throws DimensionError  it has more numbers, or fewer
 template <class = void>
 Eigen::VectorXd packed_numbers(const StartNumbers& start, Eigen::Index n) {
-  if (!start.qdot) return Eigen::Map<const Eigen::VectorXd>(start.q, start.size);
+  if (start.is_y) {
+    require_components(start.size, 2 * n);
+    return Eigen::Map<const Eigen::VectorXd>(start.q, start.size);
+  }
   for (const auto& [what, size] : {std::pair("q", start.size), {"qdot", start.qdot_size}})
     if (size != n)
       throw DimensionError(what, static_cast<long>(n), static_cast<long>(size), "pass one entry for each coordinate of the system");

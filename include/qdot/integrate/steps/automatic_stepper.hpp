@@ -25,7 +25,7 @@ struct AutomaticChoice {
   std::function<AnyStepper()> stiff;         ///< makes the stiff method's stepper, when it is wanted
   detail::SpectralRadius::Jacobian jacobian; ///< of the system
   detail::SpectralRadius::Derivative derivative;  ///< the system's own
-  std::function<void()> renew = [] {};       ///< makes anew what the system of `stiff` and `jacobian` keeps of its functors
+  std::function<void()> renew = [] {};       ///< makes anew what the system of `jacobian` keeps of its functors; steppers look at theirs in reset()
   std::string reason;                        ///< why the first of them is the first
 };
 

@@ -11,7 +11,7 @@
 //
 //     formula::Recorded               writes down what is done to it
 //     Dual<double, 1>                 values, and the energy's slope along a motion
-//     Dual<Dual<Dual<double, 1>, 1>>  M, r and their slopes, where no lines are (mechanics/equations/lagrange_terms.hpp)
+//     Dual<Dual<Dual<double, 1>, 1>, k>  M, r and their slopes, where no lines are (mechanics/equations/lagrange_terms.hpp)
 //     AskedNumber                     finds the function that has no value
 //
 // and on hashes and on vectors that know their size, which have functions of their own, so that the compiler sees through them.
@@ -42,11 +42,12 @@ struct EnergiesFace : EnergiesOfNumbers<formula::Recorded, n>,
                       EnergiesOfNumbers<Dual<double, 1>, n>,
                       EnergiesOfNumbers<TermDual<Spare, n>, n>,
                       EnergiesOfNumbers<AskedNumber, n> {
+  virtual bool kinetic_energy_takes_q() const = 0;
   virtual Fingerprint fingerprint(int size, const Answers* answers) const = 0;
   virtual void read_entries(const WatchedVector<n>& q, const WatchedVector<n>& qdot, double t) const = 0;
 };
 
-/// Energies of a type that is hidden; copies share them.
+/// Energies of a type that is hidden. Copies share them: functors with a mutable state have one for a whole run, its watches included.
 ///
 /// @tparam timed  whether T or V takes the time
 template <int n, bool timed>
@@ -79,6 +80,7 @@ class AnyEnergies {
   {
     return of<S>().V(q, t);
   }
+  bool kinetic_energy_takes_q() const { return held_->kinetic_energy_takes_q(); }
   Fingerprint fingerprint(int size, const Answers* answers) const { return held_->fingerprint(size, answers); }
   void read_entries(const WatchedVector<n>& q, const WatchedVector<n>& qdot, double t) const { held_->read_entries(q, qdot, t); }
 
@@ -103,10 +105,15 @@ class AnyEnergies {
     Number V(const Vector<Number, n>& q, const Number& t) const override { return potential<n>(energies, q, t); }
     Nested T(const Vector<Nested, n>& q, const Vector<Nested, n>& v, const Nested& t) const override { return kinetic<n>(energies, q, v, t); }
     Nested V(const Vector<Nested, n>& q, const Nested& t) const override { return potential<n>(energies, q, t); }
-    AskedNumber T(const Vector<AskedNumber, n>& q, const Vector<AskedNumber, n>& v, const AskedNumber& t) const override {
-      return kinetic<n>(energies, q, v, t);
+    AskedNumber T([[maybe_unused]] const Vector<AskedNumber, n>& q, [[maybe_unused]] const Vector<AskedNumber, n>& v, const AskedNumber& t) const override {
+      if constexpr (T_may_throw<E, AskedNumber, n>) return kinetic<n>(energies, q, v, t);
+      else return t;  // these numbers throw, and nothing is asked but whether they do
     }
-    AskedNumber V(const Vector<AskedNumber, n>& q, const AskedNumber& t) const override { return potential<n>(energies, q, t); }
+    AskedNumber V([[maybe_unused]] const Vector<AskedNumber, n>& q, const AskedNumber& t) const override {
+      if constexpr (V_may_throw<E, AskedNumber, n>) return potential<n>(energies, q, t);
+      else return t;
+    }
+    bool kinetic_energy_takes_q() const override { return kinetic_signature<E, n>() != KineticSignature::velocity; }
     Fingerprint fingerprint(int size, const Answers* answers) const override { return qdot::detail::fingerprint<n>(energies, size, answers); }
     void read_entries(const WatchedVector<n>& q, const WatchedVector<n>& qdot, double t) const override {
       qdot::detail::read_entries<n>(energies, q, qdot, t);

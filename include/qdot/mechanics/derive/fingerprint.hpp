@@ -51,7 +51,7 @@ struct HashedMotion {
   }
 };
 
-// Energies that have their fingerprint themselves.
+// Energies that make their fingerprint themselves.
 template <class E>
 concept HasFingerprint = requires(const E& e, const Answers* answers) { { e.fingerprint(1, answers) } -> std::same_as<Fingerprint>; };
 

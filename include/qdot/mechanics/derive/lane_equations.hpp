@@ -8,6 +8,7 @@
 // branches for is looked at afterwards in each lane: pivots, the domains of functions, the sides of a branch, and whether q̈ is finite. A lane that fails
 // is left to the caller.
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
 
@@ -90,15 +91,18 @@ class LaneEquations {
     std::memcpy(&value, &x_[k], sizeof value);
     return value;
   }
+  // A lane is out where its number is zero. Of masks that are put together in the loop g++ 12 makes an internal error (-O3, two lanes to a register).
   typename P::Mask have_values() const {
-    typename P::Mask good = true;
+    double in[formula::lanes_stored];
+    std::fill_n(in, formula::lanes_stored, 1.0);
     const auto require = [&](int number, const auto& holds) {
       const double* const lanes = x_[number].lanes();
-      good &= P::of([&](int lane) { return holds(lanes[lane]) ? 1.0 : 0.0; }) > 0.5;
+      for (std::size_t lane = 0; lane < formula::lanes_stored; ++lane)
+        if (!holds(lanes[lane])) in[lane] = 0.0;
     };
     for (const DerivedLines::Checked& c : lines_->checked) require(c.number, [&](double x) { return formula::is_in(c.domain, x); });
     for (const DerivedLines::Sided& s : lines_->sides) require(s.number, [&](double x) { return s.side.has(x); });
-    return good;
+    return P::of([&](int lane) { return in[lane]; }) > 0.5;
   }
 
   const DerivedLines* lines_;

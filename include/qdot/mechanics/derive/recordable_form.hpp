@@ -30,14 +30,14 @@ struct LimitsOfPivots {
 /// Runs all functors of a form in the phases of a recording; notes of each row of a constraint whether it restricts positions, if `holonomic` is not null.
 using RunsFunctors = void (*)(const void* form, RecordedMotion& motion, std::vector<char>* holonomic);
 
-// Stands for a system without effects, whatever hides its functors' types.
+// The key of a system without effects, whatever hides its functors' types; never called.
 inline void plain_system(const void*, RecordedMotion&, std::vector<char>*) {}
 
 /// The functors of a form that outlives this.
 struct RecordableForm {
   const void* form;
   RunsFunctors run;
-  RunsFunctors key;  // tells forms apart that share derivations
+  RunsFunctors key;  // tells apart the forms that share derivations
   /// The fingerprint of the functors in some phases.
   Fingerprint (*print)(const void* form, const double* phases, const Answers* answers);
   Eigen::Index dof, states = 0;

@@ -92,6 +92,13 @@ consteval PotentialSignature potential_signature() {
   return CallsVOfPositionAndTime<E, double, n> ? PotentialSignature::position_and_time : PotentialSignature::position;
 }
 
+// Whether T depends on q; of energies whose type is hidden that is known when the program runs.
+template <int n, class E>
+constexpr bool kinetic_energy_takes_q(const E& e) {
+  if constexpr (requires { { e.kinetic_energy_takes_q() } -> std::same_as<bool>; }) return e.kinetic_energy_takes_q();
+  else return kinetic_signature<E, n>() != KineticSignature::velocity;
+}
+
 // How many arguments T and V take.
 template <class E, int n>
 inline constexpr std::size_t kinetic_arguments = 1 + static_cast<std::size_t>(kinetic_signature<E, n>());

@@ -45,9 +45,8 @@ Vector<S, n> gradient_by(const E& e, const Vector<S, n>& q, const Vector<S, n>& 
   for (Eigen::Index first = 0; first < q.size(); first += D::directions) {
     const Vector<D, n> x = seeded<D>(q, first);
     D L = -potential<n>(e, x, D(t));
-    if constexpr (kinetic_signature<E, n>() != KineticSignature::velocity) {
-      L += kinetic<n>(e, x, constants<D>(qdot), D(t));
-    }
+    if constexpr (kinetic_signature<E, n>() != KineticSignature::velocity)
+      if (kinetic_energy_takes_q<n>(e)) L += kinetic<n>(e, x, constants<D>(qdot), D(t));
     const Eigen::Index end = std::min<Eigen::Index>(q.size(), first + D::directions);
     for (Eigen::Index i = first; i < end; ++i) {
       const typename D::Scalar& slope = L.tangent[static_cast<std::size_t>(i - first)];
@@ -132,6 +131,7 @@ template <int n, class E, class S>
 Vector<S, n> lagrange_rhs(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
   Vector<S, n> r = gradient_by<n, TermDual<S, n>>(e, q, qdot, t);
   if constexpr (kinetic_signature<E, n>() != KineticSignature::velocity) {
+    if (!kinetic_energy_takes_q<n>(e)) return r;
     const Vector<S, n> rate = momenta_rate<n>(e, q, qdot, t, {qdot, no_motion<S, n>(q.size()), S(1)});
     for (Eigen::Index i = 0; i < q.size(); ++i) r[i] -= rate[i];
   }
