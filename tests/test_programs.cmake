@@ -37,7 +37,8 @@ set_source_files_properties(catch2_main.cpp PROPERTIES COMPILE_OPTIONS "-w;-O0;-
 # What of the library depends on no test's own types is compiled once, as it is for users of qdot::compiled: with sanitizers and without, and analysis, where
 # no memory is handled, without. Where the library is headers only (the default of its users), it is tested in the folders of qdot_headers_only.
 set(qdot_test_headers catch2_bridge.hpp <Eigen/Dense> <qdot/qdot.hpp>)
-set(qdot_test_parts ${PROJECT_SOURCE_DIR}/src/compiled/equations.cpp ${PROJECT_SOURCE_DIR}/src/compiled/runs.cpp)
+set(qdot_test_parts ${PROJECT_SOURCE_DIR}/src/compiled/equations.cpp ${PROJECT_SOURCE_DIR}/src/compiled/runs_1_to_4.cpp
+  ${PROJECT_SOURCE_DIR}/src/compiled/runs_5_to_8.cpp)
 if(TARGET qdot::cvode)
   list(APPEND qdot_test_headers <qdot/integrate/cvode.hpp> <qdot/integrate/cvode_automatic.hpp>)
   list(APPEND qdot_test_parts ${PROJECT_SOURCE_DIR}/src/compiled/cvode.cpp)

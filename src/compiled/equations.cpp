@@ -15,6 +15,7 @@
 #include <qdot/integrate/driver/ending.hpp>
 #include <qdot/integrate/driver/event_clocks.hpp>
 #include <qdot/integrate/driver/event_finder.hpp>
+#include <qdot/integrate/driver/stretched_run.hpp>
 #include <qdot/integrate/options.hpp>
 #include <qdot/integrate/runge_kutta.hpp>
 #include <qdot/integrate/steps/recorded_motion.hpp>
@@ -70,6 +71,8 @@ template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Opt
 template AnyStepper taylor_stepper<2>(const AnyForm&, int, const Options&);
 template AnyStepper taylor_stepper<4>(const AnyForm&, int, const Options&);
 template AnyStepper taylor_stepper<6>(const AnyForm&, int, const Options&);
+template std::unique_ptr<StretchedRun> stretched_run<false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, std::vector<ListedEvent>);
+template std::unique_ptr<StretchedRun> stretched_run<true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, std::vector<ListedEvent>);
 template NaturalTolerances natural_tolerances<double>(const DrivenForm&, const Options&, double, const Eigen::VectorXd&, double);
 template class BranchCrossing<double>;
 template std::unique_ptr<AnyWatch> watchdog<false>(std::unique_ptr<const WatchedForm>, const Options&);

@@ -9,6 +9,7 @@
 #include "qdot/integrate/cvode_automatic.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
+#include "qdot/integrate/simulator.hpp"
 #include "qdot/integrate/taylor.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
 #include "scenes/double_pendulum.hpp"
@@ -117,6 +118,29 @@ TEST_CASE("runs of positions behind virtual functions have the bits of runs of t
   const auto system = kinematic_system<2>(place, spring);
   check_bits(system, State<2>{0.0, {0.5, 1.1}, {0.0, 0.2}}, 3.0, Dop853{}, {.rtol = 1e-10, .atol = 1e-10});
   check_bits(system, State<2>{0.0, {0.5, 1.1}, {0.0, 0.2}}, 3.0, CvodeBdf{}, {.rtol = 1e-8, .atol = 1e-8});
+}
+
+TEST_CASE("simulators behind virtual functions have the bits of simulators of the form") {
+  const auto system = mechanical_system<2>(scenes::DoublePendulum{});
+  const State<2> start{0.0, {1.7, 1.7}, {0.0, 0.0}};
+  const auto upright = event("upright", [](const auto& q, const auto&, const auto&) { return q[0]; });
+  const auto check = [&](const auto& method) {
+    Simulator hidden(system, start, method, {}, upright), known(first_order_form(system), FirstOrderState{0.0, packed(start)}, method, {}, upright);
+    std::size_t met = 0;
+    for (int i = 1; i <= 20; ++i) {
+      CHECK(hidden.advance_to(0.1 * i));
+      CHECK(known.advance_to(0.1 * i));
+      CHECK(hidden.y() == known.y());
+      CHECK(hidden.events().size() == known.events().size());
+      met += hidden.events().size();
+    }
+    CHECK(met > 0);
+    CHECK(hidden.component_names() == known.component_names());
+  };
+  check(Dop853{});
+  check(Taylor{});
+  check(CvodeBdf{});
+  CHECK_THROWS_AS(Simulator(system, State<2>{0.0, {std::nan(""), 0.0}, {0.0, 0.0}}, Dop853{}), InvalidValue);
 }
 
 TEST_CASE("each way to q̈ is the same behind virtual functions") {

@@ -56,7 +56,7 @@
 #include "qdot/effects/input.hpp"
 #include "qdot/effects/interpolated_input.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/driver/driver.hpp"
+#include "qdot/integrate/driver/engine.hpp"
 #include "qdot/integrate/simulate.hpp"
 #include "qdot/integrate/simulator_state.hpp"
 
@@ -72,103 +72,6 @@ struct Advance {
   explicit operator bool() const noexcept { return completed(); }
 };
 
-namespace detail {
-
-// What a simulator asks of a system with a method; the types behind it are EngineOf's business.
-struct Engine {
-  double t = 0.0;
-  Eigen::VectorXd y;
-  std::uint64_t stopped_by = 0;  // events that ended the last stretch, bit by bit
-  Eigen::Index dof = 0;
-  std::vector<std::string> components, input_names;
-  std::vector<Eigen::Index> input_places;
-  std::vector<Eigen::Index> input_strides;  // from u to s, u_end and t_end where an input is interpolated, else 0
-
-  virtual ~Engine() = default;
-  virtual Outcome stretch(double t_end) = 0;  // may throw what the user's functors throw
-  virtual const std::string& message() const = 0;
-  virtual const std::vector<RecordedEvent>& events() const = 0;
-  virtual const Statistics& statistics() const = 0;
-};
-
-template <class Form, class Method, class... Events>
-class EngineOf final : public Engine {
- public:
-  template <class System, class Start>
-  EngineOf(const System& system, const Start& start, Method method, const Options& options, EventList<Events...> events)
-      : form_(form_by(system, options.by)), method_(std::move(method)), options_(checked(options, form_.size())), events_(std::move(events)),
-        driven_(driven_form(form_)), driver_(run_, driven_, any_stepper(method_, form_, unlimited(options_)), options_, Budget(options_), Onlooker{},
-                                             kept(listed_events<dof_at_compile_time<Form>()>(events_))) {
-    t = start.t;
-    y = packed(form_, start);
-    dof = qdot::detail::dof(form_);
-    for (Eigen::Index i = 0; i < form_.size(); ++i) components.push_back(form_.component_name(i));
-    if constexpr (requires { form_.scene().effects(); })
-      for_each_place(form_.scene(), [&]<class E>(const E& effect, Eigen::Index place) {
-        if constexpr (requires { E::is_input; }) {
-          for (int i = 0; i < states_of<E>(); ++i) add_input(input_name(effect, i), place + i, 0);
-        } else if constexpr (requires { E::interpolated_inputs; }) {
-          for (int i = 0; i < E::interpolated_inputs; ++i) add_input(input_name(effect.input, i), place + i, E::interpolated_inputs);
-        }
-      });
-    driver_.stretch(t, y, t, 0);  // what is wrong with the start is said here
-    if (!run_.completed()) throw InvalidValue("a simulator cannot begin here: " + message());
-    arrive();
-  }
-
-  Outcome stretch(double t_end) override {
-    try {
-      driver_.stretch(t, y, t_end, stopped_by);
-    } catch (...) {  // the user's own: what was reached before it is good
-      arrive();
-      throw;
-    }
-    arrive();
-    return run_.outcome;
-  }
-  const std::string& message() const override { return run_.message; }
-  const std::vector<RecordedEvent>& events() const override { return run_.events; }
-  const Statistics& statistics() const override { return driver_.statistics(); }
-
- private:
-  void add_input(const std::string& name, Eigen::Index place, Eigen::Index stride) {
-    input_places.push_back(place);
-    input_strides.push_back(stride);
-    input_names.push_back(components[static_cast<std::size_t>(place)] = name);
-    if (stride == 0) return;
-    const char* const more[] = {" slope", " end", " end time"};
-    for (int k = 1; k <= 3; ++k) components[static_cast<std::size_t>(place + k * stride)] = name + more[k - 1];
-  }
-  void arrive() {
-    t = run_.t;
-    y = run_.y;
-    stopped_by = driver_.stopped_by();
-  }
-  static Options checked(Options options, Eigen::Index size) {
-    require_valid(options, size);
-    if (!options.stop_times.empty() || !options.output_times.empty())
-      throw InvalidValue("a simulator keeps no samples and has no times of its own to land on; leave output_times and stop_times out and advance to them");
-    options.keep_trajectory = false;
-    return options;
-  }
-  // A stepper counts what it spends over its life, a simulator in each advance.
-  static Options unlimited(Options options) {
-    options.max_evaluations = std::numeric_limits<long>::max();
-    options.max_wall_seconds = std::numeric_limits<double>::infinity();
-    return options;
-  }
-
-  Form form_;
-  Method method_;
-  Options options_;
-  EventList<Events...> events_;
-  decltype(driven_form(std::declval<const Form&>())) driven_;
-  Run<> run_;
-  Driver<(sizeof...(Events) > 0) || SwitchingSystem<Form>, false> driver_;
-};
-
-}  // namespace detail
-
 /// A motion that somebody else advances. Movable; two simulators share nothing.
 class Simulator {
  public:
@@ -180,10 +83,23 @@ class Simulator {
   /// @throws         as simulate() before its first step
   template <class System, class Start, class Method, class... Events>
   Simulator(const System& system, const Start& start, const Method& method, const Options& options, const EventList<Events...>& events) {
-    using Form = std::remove_cvref_t<decltype(first_order_form(system))>;
-    static_assert(SteppingMethod<Method, Form>, "qdot: the method cannot make a stepper for this system");
     static_assert(!(Events::is_timed || ...), "qdot: whoever owns a simulator owns its clock: advance to the times of every(), and act there");
-    engine_ = std::make_unique<detail::EngineOf<Form, Method, Events...>>(system, start, method, options, events);
+    constexpr bool has_events = sizeof...(Events) > 0;
+    if constexpr (detail::has_hidden_run<System, Method>) {
+      constexpr int n = System::dof_at_compile_time;
+      constexpr bool timed = !System::autonomous;
+      engine_ = detail::RunOfEnergies<n, timed>::engine(detail::hidden_method<2 * n>(method), detail::AnyEnergies<n, timed>(system.energies()), system.parts(),
+                                                        start.t, detail::numbers_of<n>(start), detail::engine_request<n, has_events>(options, events));
+    } else {
+      auto form = detail::form_by(system, options.by);
+      using Form = decltype(form);
+      static_assert(SteppingMethod<Method, Form>, "qdot: the method cannot make a stepper for this system");
+      const auto stepper = [&method](const Form& stepped, const Options& of_run) { return any_stepper(method, stepped, of_run); };
+      const Eigen::VectorXd y = detail::packed(form, start);
+      constexpr bool watches = has_events || SwitchingSystem<Form>;
+      const auto request = detail::engine_request<detail::dof_at_compile_time<Form>(), watches>(options, events);
+      engine_ = std::make_unique<detail::EngineOf<Form>>(std::move(form), stepper, start.t, y, request);
+    }
     for (const std::string& name : engine_->components) names_ = detail::checksum(names_, name.c_str(), name.size() + 1);
     start_ = save();
   }

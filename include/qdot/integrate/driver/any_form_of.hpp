@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 
+#include "qdot/integrate/driver/engine.hpp"
 #include "qdot/integrate/driver/run_of_form.hpp"
 #include "qdot/integrate/watch/any_form.hpp"
 #include "qdot/integrate/steps/taylor_equations.hpp"
@@ -26,14 +27,25 @@ class AnyFormOf final : public AnyForm {
   Form form_;
 };
 
+template <class Form>
+auto stepper_by(const MethodOfForm& method) {
+  return [&method](const Form& form, const Options& options) { return method.stepper(method.settings, std::make_shared<AnyFormOf<Form>>(form), options); };
+}
+
 template <int n, bool timed>
 Run<n> RunOfEnergies<n, timed>::by(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
                                    const RunRequest& request) {
   using Sys = System<AnyEnergies<n, timed>, n>;
-  const auto stepper = [&method](const FirstOrderForm<Sys>& form, const Options& options) {
-    return method.stepper(method.settings, std::make_shared<AnyFormOf<FirstOrderForm<Sys>>>(form), options);
-  };
-  return run_of<n>(run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper, packed_numbers(start, n), request));
+  return run_of<n>(run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper_by<FirstOrderForm<Sys>>(method),
+                               packed_numbers(start, n), request));
+}
+
+template <int n, bool timed>
+std::unique_ptr<Engine> RunOfEnergies<n, timed>::engine(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, double t0,
+                                                        const StartNumbers& start, const EngineRequest& request) {
+  using Form = FirstOrderForm<System<AnyEnergies<n, timed>, n>>;
+  return std::make_unique<EngineOf<Form>>(form_by(System<AnyEnergies<n, timed>, n>(std::move(energies), parts), request.options.by),
+                                          stepper_by<Form>(method), t0, packed_numbers(start, n), request);
 }
 
 }  // namespace qdot::detail

@@ -5,6 +5,8 @@
 // which are compiled once in a program, or in the library (qdot::compiled).
 
 #include <Eigen/Core>
+#include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "qdot/integrate/any_stepper.hpp"
@@ -21,6 +23,19 @@ template <bool watches, bool is_observed>
 void drive(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
            std::vector<ListedEvent> events, double t0, const Eigen::VectorXd& y0, double t_end);
 
+/// A run that is taken in stretches, of which only the end is kept.
+struct StretchedRun {
+  virtual ~StretchedRun() = default;
+  /// Goes from (t, y) to t_end; events that stopped the stretch before do so again only when they come again.
+  virtual void stretch(double t, const Eigen::VectorXd& y, double t_end, std::uint64_t stopped_by) = 0;
+  /// The events that have stopped the last stretch, bit by bit.
+  virtual std::uint64_t stopped_by() const = 0;
+  virtual const Statistics& statistics() const noexcept = 0;
+};
+template <bool watches>
+std::unique_ptr<StretchedRun> stretched_run(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget,
+                                            std::vector<ListedEvent> events);
+
 }  // namespace qdot::detail
 
 #ifdef QDOT_COMPILED
@@ -33,7 +48,12 @@ extern template void drive<true, false>(Run<>&, const DrivenForm&, AnyStepper, c
                                         std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
 extern template void drive<true, true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&, Onlooker,
                                        std::vector<ListedEvent>, double, const Eigen::VectorXd&, double);
+extern template std::unique_ptr<StretchedRun> stretched_run<false>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&,
+                                                                   std::vector<ListedEvent>);
+extern template std::unique_ptr<StretchedRun> stretched_run<true>(Run<>&, const DrivenForm&, AnyStepper, const Options&, const Budget&,
+                                                                  std::vector<ListedEvent>);
 }  // namespace qdot::detail
 #else
 #include "qdot/integrate/driver/driver.hpp"
+#include "qdot/integrate/driver/stretched_run.hpp"
 #endif

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "qdot/integrate/any_stepper.hpp"
+#include "qdot/integrate/driver/drive.hpp"
 #include "qdot/integrate/driver/listed_event.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"
@@ -73,6 +74,16 @@ struct MethodOfForm {
   AnyStepper (*stepper)(const void* settings, std::shared_ptr<const AnyForm> form, const Options& options);
 };
 
+/// What a simulator was given beside the system, the start and the method; it owns the events.
+struct EngineRequest {
+  const Options& options;
+  std::unique_ptr<StretchedRun> (*stretched_run)(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget,
+                                                 std::vector<ListedEvent> events);
+  std::shared_ptr<const void> events{};
+  std::vector<ListedEvent> listed{};
+};
+struct Engine;  // integrate/driver/engine.hpp
+
 /// Runs of systems with n coordinates.
 ///
 /// @tparam timed  T or V takes the time
@@ -80,9 +91,13 @@ template <int n, bool timed>
 struct RunOfEnergies {
   static Run<n> by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
                    const RunRequest& request);
+  static std::unique_ptr<Engine> engine(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, double t0,
+                                        const StartNumbers& start, const EngineRequest& request);
   /// Defined in integrate/driver/any_form_of.hpp, which methods include that need it.
   static Run<n> by(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
                    const RunRequest& request);
+  static std::unique_ptr<Engine> engine(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, double t0,
+                                        const StartNumbers& start, const EngineRequest& request);
 };
 
 }  // namespace qdot::detail

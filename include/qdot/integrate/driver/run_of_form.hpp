@@ -40,6 +40,12 @@ Run<> run_of_form(const Form& form, const MakeStepper& make_stepper, const Eigen
   return run;
 }
 
+// (form, options) → AnyStepper.
+template <class Form>
+auto stepper_by(const MethodOfRates& method) {
+  return [&method](const Form& form, const Options& options) { return method.stepper(rates_of(form), nullptr, std::string(method.name), options); };
+}
+
 // y of a start of n coordinates.
 //
 // @throws DimensionError  it has more numbers, or fewer
@@ -61,10 +67,8 @@ template <int n, bool timed>
 Run<n> RunOfEnergies<n, timed>::by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
                                    const RunRequest& request) {
   using Sys = System<AnyEnergies<n, timed>, n>;
-  const auto stepper = [&method](const FirstOrderForm<Sys>& form, const Options& options) {
-    return method.stepper(rates_of(form), nullptr, std::string(method.name), options);
-  };
-  return run_of<n>(run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper, packed_numbers(start, n), request));
+  return run_of<n>(run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper_by<FirstOrderForm<Sys>>(method),
+                               packed_numbers(start, n), request));
 }
 
 }  // namespace qdot::detail
