@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // The same of CVODE.
+#include <qdot/integrate/cvode/sparse.hpp>
 #include <qdot/integrate/cvode_stepper.hpp>
 
 namespace qdot::detail::cvode {

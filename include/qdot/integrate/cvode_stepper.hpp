@@ -14,12 +14,27 @@
 #include <utility>
 
 #include "qdot/integrate/cvode/core.hpp"
-#include "qdot/integrate/cvode/sparse.hpp"
+#include "qdot/integrate/cvode/newton.hpp"
 #include "qdot/integrate/stepper.hpp"
 #include "qdot/integrate/watch/any_form.hpp"
 #include "qdot/integrate/watch/driven_form_of.hpp"
 
 namespace qdot {
+
+namespace detail::cvode {
+
+#ifdef QDOT_COMPILED
+extern template std::unique_ptr<NewtonEquations> newton_equations<double>(const MethodForm&, SUNContext);
+#endif
+
+// What makes them for systems of a type, if some of the type may want them: a sparse solver takes the compiler seconds.
+template <FirstOrderSystem F>
+constexpr NewtonMaker newton_maker() {
+  if constexpr (SparseFormOf<MethodForm, F>::may_be_sparse) return &newton_equations<double>;
+  else return nullptr;
+}
+
+}  // namespace detail::cvode
 
 /// A Stepper driven by CVODE. Movable; one object serves one thread at a time.
 class CvodeStepper {
@@ -69,3 +84,7 @@ class CvodeStepper {
 static_assert(Stepper<CvodeStepper>);
 
 }  // namespace qdot
+
+#ifndef QDOT_COMPILED
+#include "qdot/integrate/cvode/sparse.hpp"
+#endif

@@ -29,9 +29,8 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/cvode/banded.hpp"
 #include "qdot/integrate/cvode/newton.hpp"
-#include "qdot/integrate/watch/driven_form_of.hpp"
+#include "qdot/integrate/watch/driven_form.hpp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
-#include "qdot/mechanics/first_order_form.hpp"
 
 namespace qdot::detail::cvode {
 
@@ -176,9 +175,7 @@ class SparseNewton final : public NewtonEquations {
   Eigen::SparseLU<Eigen::SparseMatrix<Number>> factors_;
 };
 
-/// Newton's equations of many coordinates that do not all meet, from traced equations or, where there are none, within the band that a tape shows;
-/// nothing where a dense Jacobian is as good.
-template <class Number = double>
+template <class Number>
 std::unique_ptr<NewtonEquations> newton_equations(const MethodForm& system, SUNContext context) {
   constexpr Eigen::Index dense_limit = 128;  // components
   if (system.size() <= dense_limit) return nullptr;
@@ -188,17 +185,6 @@ std::unique_ptr<NewtonEquations> newton_equations(const MethodForm& system, SUNC
   }
   if (system.has_band()) return std::make_unique<BandedNewton>(system, context);
   return nullptr;
-}
-
-#ifdef QDOT_COMPILED
-extern template std::unique_ptr<NewtonEquations> newton_equations<double>(const MethodForm&, SUNContext);
-#endif
-
-// What makes them for systems of a type, if some of the type may want them: a sparse solver takes the compiler seconds.
-template <FirstOrderSystem F>
-constexpr NewtonMaker newton_maker() {
-  if constexpr (SparseFormOf<MethodForm, F>::may_be_sparse) return &newton_equations<double>;
-  else return nullptr;
 }
 
 }  // namespace qdot::detail::cvode
