@@ -348,7 +348,7 @@ TEST_CASE("an evaluator has the bits of the interpreter before and after it has 
     });
   for (std::thread& thread : threads) thread.join();
   CHECK(differences == std::vector<long>(4, 0));
-  CHECK(evaluator.is_native_by_now() == formula::native_lines_are_possible());
+  CHECK(evaluator.is_native() == formula::native_lines_are_possible());
 }
 
 TEST_CASE("what a later table reads of an earlier one is there when the earlier one has machine code") {

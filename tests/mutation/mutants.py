@@ -185,7 +185,7 @@ OPTIMIZED = [
     (AD + "/native/x86_circular.hpp", "machine code of sines: of three angles, quadrants turned", "shift_left(a, quadrant, 63);", "shift_left(a, quadrant, 62);", "ad/native_lines"),
     (AD + "/native/x86_circular.hpp", "machine code of sines: each angle counts as within the range", "packed(Packed::test_signs, a, -1, a);", "packed(Packed::different_bits, a, a, a); packed(Packed::test_signs, a, -1, a);", "ad/native_lines"),
     (AD + "/native/x86_code.hpp", "machine code: short distances of 128", "distance <= 127", "distance <= 128", "ad/native_lines"),
-    (ME + "/derive/solution_lines.hpp", "elimination: the right side of a row is left", "subtract(at(b, i), factor(i, k), at(b, k));", ";", "mechanics/kept_lines"),
+    (ME + "/derive/solution_lines.hpp", "elimination: the right side of a row is left", "subtract(at(b, i), factor(i, k), at(b, k));", ";", "mechanics/kept_rates"),
     (AD + "/formula/lines.hpp", "line: one over a root: no root", "1.0 / sqrt(x[line->a])", "1.0 / x[line->a]", "mechanics/lines"),
     (AD + "/formula/lines.hpp", "line: power: sign of the exponent", "raised(x[line->a], line->c)", "raised(x[line->a], -line->c)", "mechanics/lines"),
     (AD + "/formula/lines.hpp", "run: list of places: second of a pair", "f(x[at[2 * k]], x[at[2 * k + 1]], k)",

@@ -13,7 +13,6 @@
 //
 //     use.full(at, M, r)               lower triangle and r
 //     use.rows<blocks>(at, n, M, r)    rows of 4·blocks numbers, lower triangle of blocks, and r
-//     use.by_solution(at, lines, x)    lines that go on to q̈, of uses that want nothing else
 //     use.banded(at, M, r)             the band of a BandedMatrix, and r; where n is known at run time only
 //
 // All may be overwritten. `use` returns false where it does not like what it sees, a pivot that is not positive, a number that is not
@@ -68,10 +67,6 @@ struct AccelerationTo {
     double sum = -0.0;
     unroll<n>([&](auto i) __attribute__((always_inline)) { sum += qddot[i] = r[i]; });
     return is_finite(sum);
-  }
-  static constexpr bool is_forced = forced;
-  bool by_solution(const AtState&, const DerivedLines& lines, double* x) const {
-    return lines.write_accelerations<n>(x, forced ? Q : nullptr, threshold, qddot);
   }
   template <int blocks>
   bool rows(const AtState&, int size, double* M, double* r) const {

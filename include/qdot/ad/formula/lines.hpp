@@ -50,13 +50,6 @@ struct MachineCodeBegins {
 /// Most lines that become machine code. Longer code leaves the processor's cache, and the interpreter is as fast.
 inline constexpr std::size_t longest_native_lines = 4000;
 
-/// Whether the compiler may fuse products with sums in code other than lines.
-#if defined(__FMA__) || defined(__aarch64__)
-constexpr bool products_are_fused = true;
-#else
-constexpr bool products_are_fused = false;
-#endif
-
 /// Whether a line has products in a sum, and so four places.
 constexpr bool has_products(Line::Operation operation) { return operation >= Line::Operation::product_sum; }
 

@@ -93,12 +93,6 @@ class LineEvaluator {
 
   /// Whether there is machine code.
   bool is_native() const { return state_->alone.native() != nullptr; }
-  /// Whether evaluations are by machine code by now. Asking counts as an evaluation, for those that have another way until then.
-  bool is_native_by_now() const {
-    if (state_->alone.native()) return true;
-    if (state_->alone.is_due()) translate<>(state_->alone);
-    return false;
-  }
 
  private:
   // Machine code, once there is some.

@@ -95,8 +95,8 @@ template <int n>
   auto made = std::make_shared<Derivation<>>();
   made->derive(std::move(m), nullptr, static_cast<std::size_t>(parameters));
   if (!made->lines.exist()) return {};
-  if (n > unrolled_limit) made->derive_solutions();
-  return made->lines.solution[0].accelerations.empty() ? OwnedLines() : OwnedLines(made, &made->lines);
+  made->derive_solution();
+  return made->lines.solution.accelerations.empty() ? OwnedLines() : OwnedLines(made, &made->lines);
 }
 
 }  // namespace qdot::detail

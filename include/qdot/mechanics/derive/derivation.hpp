@@ -44,7 +44,7 @@ struct Derivation {
   void derive_recorded();
   void derive(RecordedMotion motion, const formula::Branches* branches = nullptr, std::size_t parameters = 0);
   void derive_slopes();
-  void derive_solutions();
+  void derive_solution();
   void write_sides();
 };
 
@@ -90,8 +90,8 @@ class BasicKeptDerivation {
   }
   /// The lines with those that go on to q̈ for lanes; null where there are none.
   const DerivedLines* lines_for_lanes() {
-    if (lines() && size_ > unrolled_limit && !is_asked_for_lanes_.load(std::memory_order_acquire)) derive_solutions();
-    return lines() && !derivation_.lines.solution[0].accelerations.empty() ? &derivation_.lines : nullptr;
+    if (lines() && !is_asked_for_lanes_.load(std::memory_order_acquire)) derive_solution();
+    return lines() && !derivation_.lines.solution.accelerations.empty() ? &derivation_.lines : nullptr;
   }
 
   /// Whether a state is on the branch that was recorded.
@@ -101,7 +101,7 @@ class BasicKeptDerivation {
 
  private:
   void derive_slopes();
-  void derive_solutions();
+  void derive_solution();
   bool is_beside_guards(const AtState& at) const;
   template <std::size_t room>
   bool holds_with(const AtState& at) const;

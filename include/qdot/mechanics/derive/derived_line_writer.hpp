@@ -52,11 +52,25 @@ class DerivedLineWriter {
     lines.mass = writer_.numbers(derived.mass);
     lines.right = writer_.numbers(derived.right);
     add_read(lines, lines.equations);
-    if (n_ <= unrolled_limit) write_solutions(lines);
   }
   /// Those that go on to q̈.
-  [[gnu::cold]] void write_solutions(DerivedLines& lines) {
-    for (const bool forced : {false, true}) write_solution(lines, lines.solution[forced], forced);
+  [[gnu::cold]] void write_solution(DerivedLines& lines) {
+    LinesOfNumbers more(lines.equations.count());
+    Elimination elimination(more, lines.mass, n_);
+    if (!elimination.exists()) return;
+    std::vector<int> accelerations = elimination.solution(lines.right);
+    if (more.count() > most_) return;
+    formula::LineTable table = lines.equations.table();
+    table.lines.pop_back();
+    table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
+    table.lines.push_back(formula::Line{});
+    DerivedLines::Solution& solution = lines.solution;
+    solution.lines.set(std::move(table), more.count(), lines.begins);
+    solution.accelerations = std::move(accelerations);
+    solution.pivots = std::move(elimination.pivots);
+    solution.lines.add_read(solution.accelerations);
+    for (const auto& [pivot, whole] : solution.pivots) solution.lines.add_read(std::array{pivot, whole});
+    add_checked(lines, solution.lines);
   }
   /// Likewise of the slopes.
   [[gnu::cold]] void write_slopes(const DerivedJacobian& derived, DerivedLines& lines) {
@@ -82,27 +96,6 @@ class DerivedLineWriter {
     evaluator.add_read(lines.mass);
     evaluator.add_read(lines.right);
     add_checked(lines, evaluator);
-  }
-
-  [[gnu::cold]] void write_solution(const DerivedLines& lines, DerivedLines::Solution& solution, bool forced) {
-    LinesOfNumbers more(lines.equations.count());
-    Elimination elimination(more, lines.mass, n_);
-    if (!elimination.exists()) return;
-    std::vector<int> right = lines.right;
-    for (std::size_t i = 0; i < n_ && forced; ++i) right[i] = more.sum(right[i], static_cast<int>(2 * n_ + 1 + i));
-    std::vector<int> accelerations = elimination.solution(std::move(right));
-    if (more.count() > most_) return;
-    formula::LineTable table = lines.equations.table();
-    table.lines.pop_back();
-    table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
-    table.lines.push_back(formula::Line{});
-    solution.lines.set(std::move(table), more.count(), lines.begins);
-    solution.will_be_native = formula::native_lines_are_possible();
-    solution.accelerations = std::move(accelerations);
-    solution.pivots = std::move(elimination.pivots);
-    solution.lines.add_read(solution.accelerations);
-    for (const auto& [pivot, whole] : solution.pivots) solution.lines.add_read(std::array{pivot, whole});
-    add_checked(lines, solution.lines);
   }
 
   const formula::BasicGraph<Coefficient>& graph_;
@@ -162,8 +155,8 @@ template <class Number>
 }
 
 template <class Number>
-[[gnu::cold]] void Derivation<Number>::derive_solutions() {
-  writer->write_solutions(lines);
+[[gnu::cold]] void Derivation<Number>::derive_solution() {
+  writer->write_solution(lines);
 }
 
 // Without room for these lines there are none at all.
@@ -208,9 +201,9 @@ template <class Number>
 }
 
 template <class Number>
-[[gnu::cold, gnu::noinline]] void BasicKeptDerivation<Number>::derive_solutions() {
+[[gnu::cold, gnu::noinline]] void BasicKeptDerivation<Number>::derive_solution() {
   const std::lock_guard lock(mutex_);
-  if (!is_asked_for_lanes_.load(std::memory_order_relaxed)) derivation_.derive_solutions();
+  if (!is_asked_for_lanes_.load(std::memory_order_relaxed)) derivation_.derive_solution();
   is_asked_for_lanes_.store(true, std::memory_order_release);
 }
 

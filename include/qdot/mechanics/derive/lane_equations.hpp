@@ -40,12 +40,12 @@ const DerivedLines* lane_lines_at(const Sys& system, const AtState& at, Derivati
 
 /// Whether lanes are faster than one motion after the other: by machine code, or by the interpreter for few coordinates.
 inline bool lanes_pay(const DerivedLines& lines) {
-  const formula::LineEvaluator& solution = lines.solution[0].lines;
+  const formula::LineEvaluator& solution = lines.solution.lines;
   const bool are_native = formula::native_lanes_are_possible();
   return are_native ? solution.count() <= formula::longest_native_lines : lines.right.size() <= 4;
 }
 /// How many numbers their evaluation has, after those of the state and of parameters.
-inline std::size_t lane_numbers(const DerivedLines& lines) { return lines.solution[0].lines.count(); }
+inline std::size_t lane_numbers(const DerivedLines& lines) { return lines.solution.lines.count(); }
 
 /// Evaluates q̈ in the lanes of packs P, which have eight.
 template <int n, class P>
@@ -63,7 +63,7 @@ class LaneEquations {
   /// q̈ in all lanes, and in which of them it is one.
   typename P::Mask operator()(const P* q, const P* qdot, const P& t, P* qddot) {
     put_state(q, qdot, t);
-    const DerivedLines::Solution& s = lines_->solution[0];
+    const DerivedLines::Solution& s = lines_->solution;
     s.lines(x_);
     typename P::Mask good = have_values();
     for (const auto& [pivot, whole] : s.pivots) good &= number(pivot) > singular_pivot<double>(n) * number(whole);

@@ -47,19 +47,18 @@ struct DerivedLines {
   };
   std::vector<Sided> sides;  // beyond which T or V has another branch
 
-  // q̈ of up to eight coordinates, and for lanes of up to 16, by machine code once it has been asked for often; without forces Q, and with them.
+  // q̈, for lanes of up to 16 coordinates.
   struct Solution {
     formula::LineEvaluator lines;
     std::vector<int> accelerations;
     std::vector<std::pair<int, int>> pivots;
-    bool will_be_native = false;
   };
-  Solution solution[2];
+  Solution solution;
   formula::MachineCodeBegins begins{};
 
   bool exist() const { return !right.empty(); }
   bool have_slopes() const { return !slopes.empty(); }
-  bool are_native() const { return equations.is_native() || solution[0].lines.is_native() || solution[1].lines.is_native(); }
+  bool are_native() const { return equations.is_native(); }
 
   /// M and r, handed to `use`; false where T or V has no value, and where `use` says so.
   template <int n, class Use>
@@ -68,14 +67,7 @@ struct DerivedLines {
     const int size = n == Dynamic ? static_cast<int>(right.size()) : n;
     double x[most(n == Dynamic ? block_limit<n> : n)];
     write_inputs(size, q, qdot, t, x);
-    if constexpr (few && requires { use.by_solution(AtState{q, qdot, t}, *this, x); }) {
-      // Elimination by lines has the bits of small_solve.hpp unless the compiler fuses products there; then the lines are used from the first evaluation.
-      const Solution& s = solution[Use::is_forced];
-      if ((formula::products_are_fused && s.will_be_native) || s.lines.is_native_by_now()) return use.by_solution(AtState{q, qdot, t}, *this, x);
-      formula::carry_out(equations.table(), x);
-    } else {
-      equations(x);
-    }
+    equations(x);
     if (!have_values(x)) return false;
     double r[block_stride<n>];
     for (int i = 0; i < size; ++i) r[i] = x[right[static_cast<std::size_t>(i)]];
@@ -90,27 +82,6 @@ struct DerivedLines {
         for (int j = 0; j <= i; ++j, ++entry) M[block_stride<n> * i + j] = *entry < 0 ? 0.0 : x[*entry];
       return use.template rows<blocks_of<n>>(AtState{q, qdot, t, size}, size, M, r);
     }
-  }
-
-  /// q̈ by machine code, on numbers that have the inputs; false where it is not finite, or a pivot is not above a fraction of its diagonal entry.
-  template <int n>
-  bool write_accelerations(double* x, const double* Q, double threshold, double* qddot) const {
-    const Solution& s = solution[Q != nullptr];
-    if (Q)
-      for (int i = 0; i < n; ++i) x[2 * n + 1 + i] = Q[i];
-    s.lines(x);
-    bool good = !are_checked() || have_values(x);
-    const std::pair<int, int>* const pivots = s.pivots.data();  // one of each row
-    unroll<n>([&](auto k) __attribute__((always_inline)) { good &= x[pivots[k].first] > threshold * x[pivots[k].second]; });
-    const int* const number = s.accelerations.data();
-    double sum = -0.0;
-    unroll<n / 2>([&](auto i) __attribute__((always_inline)) {
-      const Register<double, 2> two{x[number[2 * i]], x[number[2 * i + 1]]};  // who copies q̈ reads two at once, and waits for two that were written apart
-      __builtin_memcpy(qddot + 2 * i, &two, sizeof two);
-      sum += two[0] + two[1];
-    });
-    if constexpr (n % 2 == 1) sum += qddot[n - 1] = x[number[n - 1]];
-    return good & is_finite(sum);
   }
 
   /// M, and the derivatives of r − M a at accelerations a, which come from (M, r): `put_accelerations` leaves them in
@@ -143,7 +114,6 @@ struct DerivedLines {
   void write_mass(const double* x, double* M) const {
     for (const int entry : mass) *M++ = entry < 0 ? 0.0 : x[entry];
   }
-  bool are_checked() const { return !checked.empty() || !sides.empty(); }
   bool have_values(const double* x) const {
     bool good = true;
     for (const Checked& c : checked) good &= formula::is_in(c.domain, x[c.number]);
