@@ -107,6 +107,29 @@ TEST_CASE("functors that differ in what is differentiated only are told apart") 
   }
 }
 
+TEST_CASE("what is held while something is differentiated is told apart from what moves") {
+  // Both formulas are a square, and only what the derivative goes along tells them apart: x x, and x times a number that is x.
+  bool holds = false;
+  const auto square = [&holds](const auto& moving, const auto& held) {
+    using Number = std::remove_cvref_t<decltype(moving * 1.0)>;
+    const Number factor = holds ? Number(held) : Number(moving);
+    return moving * factor;
+  };
+  const auto by_velocity = mechanical_system<2>(
+      [&](const auto& at, const auto& w) {
+        return 0.5 * velocity_of([&](const auto& x) { return vector(square(x[0], at[0]), square(x[1], at[1])); }, at, w).squaredNorm();
+      },
+      [](const auto& at) { return at[0] * at[1]; });
+  const auto by_slope = mechanical_system<2>([](const auto& w) { return 0.5 * w.squaredNorm(); }, [&](const auto& at) {
+    return at[1] * derivative([&](const auto& x) { return square(x, at[0]); }, at[0]);
+  });
+  for (int k = 0; k < 6; ++k) {
+    holds = k % 2 == 1;
+    CHECK(difference_from_duals(scene(by_velocity, viscous_damping(Eigen::Vector2d(0.1, 0.2))), q, v) < rounded);
+    CHECK(difference_from_duals(scene(by_slope, viscous_damping(Eigen::Vector2d(0.1, 0.2))), q, v) < rounded);
+  }
+}
+
 TEST_CASE("functors that ask whether numbers are equal have lines beside where they are") {
   double rest = 0.0;
   const auto drag = generalized_force([&rest](const auto&, const auto& w) {
@@ -177,6 +200,25 @@ TEST_CASE("threads that share a system have the numbers of one, whatever they ha
       });
   }
   for (const double of_one : worst) CHECK(of_one < rounded);
+}
+
+TEST_CASE("a run takes the lines of the phases that it is in") {
+  const auto tip = [](const auto& at) {
+    using std::cos;
+    return cos(at[0]) + cos(at[1]);
+  };
+  const auto s = scene(mechanical_system<2>(Pair{}), contact("wall", tip));
+  auto form = first_order_form(s);
+  const auto by_duals = first_order_form(s.by(By::duals));
+  form.renew();  // a leg begins, and functors are looked at no more
+  Eigen::VectorXd y(form.size()), ydot(form.size()), expected(form.size());
+  y << q, v, s.initial_states();
+  for (int k = 0; k < 12; ++k) {
+    y[4] = static_cast<double>(k % 3 == 0 ? ContactPhase::closed : ContactPhase::apart);
+    form.derivative(0.3, y, ydot);
+    by_duals.derivative(0.3, y, expected);
+    CHECK((ydot - expected).norm() < rounded * (1.0 + expected.norm()));
+  }
 }
 
 TEST_CASE("a form that no run has begun with looks at its functors in each evaluation") {

@@ -120,6 +120,9 @@ MUTANTS = [
     (IN + "/driver/event_watch.hpp", "the last root first", "std::abs(to_ - *watches_[i].root) > std::abs(to_ - firing->elapsed)",
      "std::abs(to_ - *watches_[i].root) < std::abs(to_ - firing->elapsed)", "integrate/event"),
     (IN + "/energy_balance.hpp", "work: factor 1/2 dropped", "0.5 * (step.t() - *t_)", "(step.t() - *t_)", "integrate/energy_balance"),
+    (ME + "/derive/any_energies.hpp", "hidden energies: T of velocities alone counts as one of q", "kinetic_signature<E, n>() != KineticSignature::velocity", "true", "integrate/run_of_energies"),
+    (IN + "/driver/run_of_energies.hpp", "hidden runs: a start without velocities for one of all components", "return {false, start.q.data(), start.q.size(), start.qdot.data(), start.qdot.size()};", "return {start.qdot.size() == 0, start.q.data(), start.q.size(), start.qdot.data(), start.qdot.size()};", "integrate/run_of_energies"),
+    (IN + "/driver/run_of_form.hpp", "hidden runs: coordinates for velocities", "std::copy_n(start.qdot, n, std::copy_n(start.q, n, y.data()));", "std::copy_n(start.q, n, std::copy_n(start.q, n, y.data()));", "integrate/run_of_energies"),
 ]
 
 # The derivation of equations of motion and what evaluates them.
@@ -307,7 +310,7 @@ OPTIMIZED = [
     (ME + "/derive/solution_lines.hpp", "multipliers behind accelerations: sign", "subtract(rows[k], J[k * n + i], rest[i])", "add(rows[k], J[k * n + i], rest[i])", "mechanics/kept_rates"),
     (ME + "/derive/solution_lines.hpp", "multiplier of one row: what moves without it", "numbers.quotient(gamma[0], schur[0])", "numbers.quotient(given, schur[0])", "mechanics/kept_rates"),
     (AD + "/formula/hashed.hpp", "arguments of derivatives are not marked", "mixed(12, x.bits_, static_cast<std::uint64_t>(i))", "x.bits_", "mechanics/kept_rates"),
-    (AD + "/formula/hashed.hpp", "moving positions are not marked", "const Hashed moved = of_two(13, x, rate);", "const Hashed moved = x;", "mechanics/kept_rates"),
+    (AD + "/formula/hashed.hpp", "moving positions are not marked", "of_two(13, x, rate)", "Hashed(x)", "mechanics/kept_rates"),
     (AD + "/formula/hashed.hpp", "whether numbers are equal is not asked", "return answer(x, y, 11) != 0.0;", "return (*(x.comparisons_ ? x.comparisons_ : y.comparisons_)).next++ > 9000;", "mechanics/kept_rates"),
     (EF + "/equations/recordable_scene.hpp", "forces are not hashed", "join(all, effect_forces(scene, m.q, m.qdot, z, m.t));", ";", "mechanics/kept_rates"),
     (EF + "/equations/recordable_scene.hpp", "constraints are not hashed", "join(all, as_rows(e.phi(m.q, m.t)));", ";", "mechanics/kept_rates"),
