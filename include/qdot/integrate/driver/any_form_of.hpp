@@ -35,17 +35,13 @@ auto stepper_by(const MethodOfForm& method) {
 template <int n, bool timed>
 Run<n> RunOfEnergies<n, timed>::by(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
                                    const RunRequest& request) {
-  using Sys = System<AnyEnergies<n, timed>, n>;
-  return run_of<n>(run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper_by<FirstOrderForm<Sys>>(method),
-                               packed_numbers(start, n), request));
+  return run_by(method, std::move(energies), parts, start, request);
 }
 
 template <int n, bool timed>
 std::unique_ptr<Engine> RunOfEnergies<n, timed>::engine(const MethodOfForm& method, AnyEnergies<n, timed> energies, const SystemParts& parts, double t0,
                                                         const StartNumbers& start, const EngineRequest& request) {
-  using Form = FirstOrderForm<System<AnyEnergies<n, timed>, n>>;
-  return std::make_unique<EngineOf<Form>>(form_by(System<AnyEnergies<n, timed>, n>(std::move(energies), parts), request.options.by),
-                                          stepper_by<Form>(method), t0, packed_numbers(start, n), request);
+  return engine_by(method, std::move(energies), parts, t0, start, request);
 }
 
 }  // namespace qdot::detail

@@ -122,12 +122,18 @@ class EngineOf final : public Engine {
   std::unique_ptr<StretchedRun> driver_;
 };
 
-template <int n, bool timed>
-std::unique_ptr<Engine> RunOfEnergies<n, timed>::engine(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, double t0,
-                                                        const StartNumbers& start, const EngineRequest& request) {
+// The engine by a method of either kind.
+template <class Method, int n, bool timed>
+std::unique_ptr<Engine> engine_by(const Method& method, AnyEnergies<n, timed> energies, const SystemParts& parts, double t0, const StartNumbers& start,
+                                  const EngineRequest& request) {
   using Form = FirstOrderForm<System<AnyEnergies<n, timed>, n>>;
   return std::make_unique<EngineOf<Form>>(form_by(System<AnyEnergies<n, timed>, n>(std::move(energies), parts), request.options.by),
                                           stepper_by<Form>(method), t0, packed_numbers(start, n), request);
+}
+template <int n, bool timed>
+std::unique_ptr<Engine> RunOfEnergies<n, timed>::engine(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, double t0,
+                                                        const StartNumbers& start, const EngineRequest& request) {
+  return engine_by(method, std::move(energies), parts, t0, start, request);
 }
 
 }  // namespace qdot::detail

@@ -63,12 +63,17 @@ Eigen::VectorXd packed_numbers(const StartNumbers& start, Eigen::Index n) {
   return y;
 }
 
-template <int n, bool timed>
-Run<n> RunOfEnergies<n, timed>::by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
-                                   const RunRequest& request) {
+// The run by a method of either kind.
+template <class Method, int n, bool timed>
+Run<n> run_by(const Method& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start, const RunRequest& request) {
   using Sys = System<AnyEnergies<n, timed>, n>;
   return run_of<n>(run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper_by<FirstOrderForm<Sys>>(method),
                                packed_numbers(start, n), request));
+}
+template <int n, bool timed>
+Run<n> RunOfEnergies<n, timed>::by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
+                                   const RunRequest& request) {
+  return run_by(method, std::move(energies), parts, start, request);
 }
 
 }  // namespace qdot::detail
