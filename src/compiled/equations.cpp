@@ -118,6 +118,8 @@ template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 4>>(s
                                                                                const Options&);
 template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 6>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
                                                                                const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 8>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                               const Options&);
 template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, Dynamic>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
                                                                                      const Options&);
 template void throw_not_finite<double>(const std::string&, double);

@@ -203,7 +203,7 @@ inline auto any_constrained_acceleration(const Sc& scene, const Coordinates<Sc>&
   return longer_constrained_acceleration(scene, q, qdot, t, z, cutoff);
 }
 
-// The same, λ the shortest where rows depend on each other.
+// The solution with the shortest λ, where rows depend on each other.
 template <class Sc, class Solution>
 Solution with_shared_forces(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t, const EffectStates<Sc>& z, Solution solution) {
   if constexpr (Sc::has_phases && Sc::constraints_at_compile_time != Dynamic) {

@@ -167,6 +167,8 @@ extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients
                                                                                       const Options&);
 extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 6>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
                                                                                       const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 8>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                                      const Options&);
 extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, Dynamic>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
                                                                                             const Options&);
 }  // namespace detail

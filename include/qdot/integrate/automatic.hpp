@@ -102,7 +102,7 @@ struct AutomaticWith {
                            [&] { return any_stepper(Taylor{}, system, options); });
     return AutomaticStepper(std::move(choice), system.size());
   }
-  /// The same for a system whose type is hidden.
+  /// A stepper of so many components for a system whose type is hidden.
   template <int size>
     requires detail::MethodOfAnyForm<Stiff, size>
   [[gnu::cold]] AutomaticStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {

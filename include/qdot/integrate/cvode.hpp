@@ -50,7 +50,7 @@ struct CvodeBdf {
   CvodeStepper stepper(const F& system, const Options& options) const {
     return CvodeStepper(system, settings(), options);
   }
-  /// The same for a system whose type is hidden.
+  /// A stepper of so many components for a system whose type is hidden.
   template <int size>
   CvodeStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {
     return CvodeStepper(form->method_form(), settings(), options);
@@ -74,7 +74,7 @@ struct CvodeAdams {
   CvodeStepper stepper(const F& system, const Options& options) const {
     return CvodeStepper(system, settings(), options);
   }
-  /// The same for a system whose type is hidden.
+  /// A stepper of so many components for a system whose type is hidden.
   template <int size>
   CvodeStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {
     return CvodeStepper(form->method_form(), settings(), options);

@@ -102,7 +102,7 @@ struct Taylor {
                   "take every scalar: take `const auto& q`, or make them a template <class S>; or use Dop853");
     return {detail::rates_of(system), [&](int highest_order) { return detail::PowerSeriesOf<F>::made(system, highest_order); }, order, options};
   }
-  /// The same for a system whose type is hidden.
+  /// A stepper of so many components for a system whose type is hidden.
   template <int size>
   AnyStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {
     return detail::taylor_stepper<size>(*form, order, options);

@@ -161,7 +161,7 @@ class TaylorStepper : public detail::OneStep<N> {
   // The series about the present state, as a polynomial.
   PolynomialView expansion() const { return this->view(this->elapsed_, dense_unit_, dense_.data(), this->order_); }
 
-  // The same as expand(), on the branch that the motion takes from here.
+  // As expand(), on the branch that the motion takes from here.
   [[gnu::cold]] bool expand_on_branch() {
     for (bool stays = false; !stays;) {
       const double t = this->clock_.shown(this->elapsed_);
