@@ -50,6 +50,7 @@ missing_things() { # missing_things THING…
       # What apt-get installs is that Python's which lies in /usr/bin, and need not be the first one.
       sphinx) python3 -c 'import sphinx, myst_parser, furo' 2> /dev/null || /usr/bin/python3 -c 'import sphinx, myst_parser, furo' 2> /dev/null ;;
       aarch64) command -v aarch64-linux-gnu-g++ > /dev/null && command -v qemu-aarch64 > /dev/null ;;
+      ccache) command -v ccache > /dev/null ;;
       # A user who says where the libraries are is believed; CMake will tell.
       *) [ -n "${CMAKE_PREFIX_PATH:-}" ] || case $thing in
            eigen) [ -n "$compiler" ] && has_header "$compiler" Eigen/Core ;;
@@ -153,7 +154,7 @@ provide_fmpy() {
   export QDOT_FMPY_PYTHON=$place/bin/python
 }
 
-# What tests of ./check --long need, where it can be installed without a question.
+# What some tests need or are faster with, where it can be installed without a question.
 provide_if_possible() { # provide_if_possible THING NAME
   local as_root="" log=$root/build/install_$1.log
   if [ -n "$(missing_things "$1")" ] && command -v apt-get > /dev/null; then
@@ -162,7 +163,7 @@ provide_if_possible() { # provide_if_possible THING NAME
     {
       $as_root env DEBIAN_FRONTEND=noninteractive apt-get update || true
       $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $(package_names apt "$1")
-    } > "$log" 2>&1 < /dev/null || say "$2 is not installed (why: build/install_$1.log); one test is skipped"
+    } > "$log" 2>&1 < /dev/null || say "$2 is not installed (why: build/install_$1.log); a test is skipped, or takes longer"
   fi
 }
 
