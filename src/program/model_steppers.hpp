@@ -27,7 +27,7 @@ std::optional<AnyStepper> own_stepper_of(const FirstOrderForm<Sys>& form, const 
   }
   if (method.size() == 6 && method.starts_with("gauss"))
     return any_stepper(Gauss{.step = step, .stages = (method[5] - '0') / 2}, form, options);
-  if constexpr (Sys::kinetic_signature == KineticSignature::velocity) {
+  if constexpr (qdot::detail::may_separate<Sys>) {
     using enum SplittingScheme;
     for (const SplittingScheme scheme : {verlet, yoshida_4, mclachlan_atela_4, blanes_moan_4, kahan_li_6, blanes_moan_6, kahan_li_8})
       if (method == qdot::detail::splitting(scheme).name) return any_stepper(Splitting{.step = step, .scheme = scheme}, form, options);

@@ -215,7 +215,10 @@ fs::path compiled(const std::string& given, const fs::path& source, std::vector<
   const std::string unfinished = entries.stem.string() + "." + std::to_string(getpid());
   const fs::path library = unfinished + ".so", rule = unfinished + ".d", log = unfinished + ".log";
   command.insert(command.end(), {"-fPIC", "-shared", "-MMD", "-MT", "scene", "-MF", rule.string(), "-o", library.string(), source.string()});
-  if (fs::exists(compiled_archive)) command.insert(command.end(), {"-DQDOT_COMPILED", compiled_archive});
+  if (std::ranges::all_of(compiled_archives, [](const char* archive) { return fs::exists(archive); })) {
+    command.insert(command.end(), {"-DQDOT_COMPILED", "-DQDOT_COMPILED_MODELS"});
+    command.insert(command.end(), std::begin(compiled_archives), std::end(compiled_archives));
+  }
   const bool watched = isatty(STDERR_FILENO) != 0;
   if (watched) std::fprintf(stderr, "Compiling %s, which takes some ten seconds and is done once …", given.c_str());
   const int status = status_of(command, log);

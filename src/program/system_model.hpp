@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "program/any_model.hpp"
 #include "program/model_steppers.hpp"
 #include "program/runnable_scene.hpp"
 #include "qdot/analysis/reference_equations.hpp"
@@ -80,7 +81,7 @@ class SystemModel final : public FormModel<FirstOrderForm<Sys>> {
     return true;
   }
   bool bare() const override { return true; }
-  bool separable() const override { return Sys::kinetic_signature == KineticSignature::velocity; }
+  bool separable() const override { return !qdot::detail::kinetic_energy_takes_q<Sys::dof_at_compile_time>(form_.system().energies()); }
   std::optional<AnyStepper> own_stepper(const std::string& method, double step, const Options& options) const override {
     return own_stepper_of(form_, method, step, options);
   }
@@ -94,5 +95,18 @@ class SystemModel final : public FormModel<FirstOrderForm<Sys>> {
     return sum;
   }
 };
+
+template <int n, bool timed>
+std::shared_ptr<const Model> model_of_energies(ModelEnergies<n, timed> energies, const qdot::detail::SystemParts& parts) {
+  using Sys = System<ModelEnergies<n, timed>, n>;
+  return std::make_shared<SystemModel<Sys>>(Sys(std::move(energies), parts));
+}
+
+#ifdef QDOT_COMPILED_MODELS  // program/models.cpp
+extern template std::shared_ptr<const Model> model_of_energies<1, false>(ModelEnergies<1, false>, const qdot::detail::SystemParts&);
+extern template std::shared_ptr<const Model> model_of_energies<1, true>(ModelEnergies<1, true>, const qdot::detail::SystemParts&);
+extern template std::shared_ptr<const Model> model_of_energies<2, false>(ModelEnergies<2, false>, const qdot::detail::SystemParts&);
+extern template std::shared_ptr<const Model> model_of_energies<3, false>(ModelEnergies<3, false>, const qdot::detail::SystemParts&);
+#endif
 
 }  // namespace qdot::program

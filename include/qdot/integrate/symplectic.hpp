@@ -137,6 +137,15 @@ class SplittingStepper : public detail::FixedStepOf<F> {
   bool force_is_current_ = false;  // qddot_ belongs to the present q
 };
 
+namespace detail {
+
+// Whether T takes the velocities alone, as the type says. Energies whose type is hidden (mechanics/derive/any_energies.hpp) are asked at run time.
+template <class Sys>
+inline constexpr bool may_separate = Sys::kinetic_signature == KineticSignature::velocity ||
+                                     requires(const typename Sys::EnergiesType& energies) { energies.kinetic_energy_takes_q(); };
+
+}  // namespace detail
+
 /// Symplectic splitting with a fixed step, for T(qdot) quadratic and V(q) or V(q, t).
 struct Splitting {
   static constexpr std::string_view name = "splitting";  ///< as statistics call it
@@ -149,9 +158,11 @@ struct Splitting {
   /// @throws InvalidValue  step is not positive; the mass matrix depends on the velocities
   template <class Sys>
   SplittingStepper<FirstOrderForm<Sys>> stepper(const FirstOrderForm<Sys>& system, const Options& options) const {
-    static_assert(Sys::kinetic_signature == KineticSignature::velocity,
+    static_assert(detail::may_separate<Sys>,
                   "qdot: a splitting method needs a kinetic energy of the velocities alone, T(qdot); for T(q, qdot) use "
                   "the symplectic method Gauss, or write the energies in Cartesian coordinates");
+    if (detail::kinetic_energy_takes_q<Sys::dof_at_compile_time>(system.system().energies()))
+      throw InvalidValue("a splitting method needs a kinetic energy of the velocities alone, T(qdot), and this T takes the coordinates; use Gauss");
     return {system, scheme, step, options};
   }
 };

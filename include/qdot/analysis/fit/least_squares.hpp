@@ -56,14 +56,7 @@ class BoundedLeastSquares {
  public:
   explicit BoundedLeastSquares(const LeastSquaresSearch& search) : search_(search) {}
 
-  LeastSquaresEnd end(const Eigen::VectorXd& guess) {
-    best_ = evaluated(inside(guess));
-    if (best_.trouble.empty()) descend();
-    LeastSquaresEnd end{std::move(best_), {}, evaluations_, exhausted_, std::move(trouble_)};
-    for (Eigen::Index j = 0; j < end.best.x.size(); ++j)
-      if (std::find(free_.begin(), free_.end(), j) == free_.end()) end.held.push_back(j);
-    return end;
-  }
+  LeastSquaresEnd end(const Eigen::VectorXd& guess);
 
   // As Eigen's method asks: entries of x that are free.
   int values() const { return static_cast<int>(std::max(best_.r.size(), best_.x.size())); }
@@ -152,6 +145,16 @@ class BoundedLeastSquares {
   bool exhausted_ = false;
   std::string trouble_{};
 };
+
+template <class Any>  // defined outside: compilers instantiate what is inline in spite of `extern template`
+LeastSquaresEnd BoundedLeastSquares<Any>::end(const Eigen::VectorXd& guess) {
+  best_ = evaluated(inside(guess));
+  if (best_.trouble.empty()) descend();
+  LeastSquaresEnd end{std::move(best_), {}, evaluations_, exhausted_, std::move(trouble_)};
+  for (Eigen::Index j = 0; j < end.best.x.size(); ++j)
+    if (std::find(free_.begin(), free_.end(), j) == free_.end()) end.held.push_back(j);
+  return end;
+}
 
 #ifdef QDOT_COMPILED_ANALYSIS
 extern template class BoundedLeastSquares<void>;
