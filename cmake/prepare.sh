@@ -219,8 +219,45 @@ configure() { # configure DIRECTORY OPTION…
   printf '%s' "$wanted" > "$directory/configured"
 }
 
+# Writes what a build prints to a log, and how far it is to the terminal: a bar, or a line every so many seconds where there is none.
+progress_line=never # or seconds
+show_progress() { # show_progress LOG
+  local line="" part status done=0 all=0 begin=$SECONDS told=$SECONDS bar=no
+  [ ! -t 2 ] || bar=yes
+  while true; do
+    status=0
+    IFS= read -r -t 1 part || status=$?
+    line+=$part
+    if [ $status = 0 ]; then
+      printf '%s\n' "$line"
+      case $line in "["*/*"]"*) # ninja: [3/17] Building …
+        line=${line#[}
+        line=${line%%]*}
+        done=${line%/*}
+        all=${line#*/} ;;
+      "["*%"]"*) # make: [ 17%] Building …
+        line=${line%%%*}
+        done=${line#[}
+        all=100 ;;
+      esac
+      line=""
+    elif [ $status -le 128 ]; then # the end; above 128 a second has passed
+      break
+    fi
+    if [ $bar = yes ]; then
+      local width=40 filled=0
+      [ "$all" = 0 ] || filled=$((width * done / all))
+      printf '\r  [%-*s] %s of %s, %d s ' $width "$(printf '%*s' $filled '' | tr ' ' '#')" "$done" "$all" $((SECONDS - begin)) >&2
+    elif [ "$progress_line" != never ] && [ $((SECONDS - told)) -ge "$progress_line" ]; then
+      told=$SECONDS
+      say "  $done of $all built after $((SECONDS - begin)) s"
+    fi
+  done > "$1"
+  [ $bar = no ] || printf '\r\033[K' >&2
+}
+
 compile() { # compile DIRECTORY ARGUMENT…
   local directory=$1
   shift
-  cmake --build "$directory" --parallel "$(jobs)" "$@" > "$directory/build.log" 2>&1
+  cmake --build "$directory" --parallel "$(jobs)" "$@" 2>&1 | show_progress "$directory/build.log"
 }
