@@ -17,6 +17,7 @@
 // and on hashes and on vectors that know their size, which have functions of their own, so that the compiler sees through them.
 
 #include <memory>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 
@@ -37,60 +38,26 @@ struct EnergiesOfNumbers {
   virtual S V(const Vector<S, n>& q, const S& t) const = 0;
 };
 
-/// All that is asked of functors in a run, and T and V of more kinds of numbers.
-template <int n, class... More>
+/// All that is asked of functors in a run.
+template <int n>
 struct EnergiesFace : EnergiesOfNumbers<formula::Recorded, n>,
                       EnergiesOfNumbers<Dual<double, 1>, n>,
                       EnergiesOfNumbers<TermDual<Spare, n>, n>,
-                      EnergiesOfNumbers<AskedNumber, n>,
-                      EnergiesOfNumbers<More, n>... {
+                      EnergiesOfNumbers<AskedNumber, n> {
   virtual bool kinetic_energy_takes_q() const = 0;
   virtual Fingerprint fingerprint(int size, const Answers* answers) const = 0;
   virtual void read_entries(const WatchedVector<n>& q, const WatchedVector<n>& qdot, double t) const = 0;
 };
 
-/// The functors E behind a Face; T and V of the numbers S, and of the Others after them.
-template <class E, class Face, int n, class... Numbers>
-struct HeldEnergies : Face {
-  E energies;
-
-  explicit HeldEnergies(E it) : energies(std::move(it)) {}
-  bool kinetic_energy_takes_q() const override { return kinetic_signature<E, n>() != KineticSignature::velocity; }
-  Fingerprint fingerprint(int size, const Answers* answers) const override { return qdot::detail::fingerprint<n>(energies, size, answers); }
-  void read_entries(const WatchedVector<n>& q, const WatchedVector<n>& qdot, double t) const override {
-    qdot::detail::read_entries<n>(energies, q, qdot, t);
-  }
-};
-template <class E, class Face, int n, class S, class... Others>
-struct HeldEnergies<E, Face, n, S, Others...> : HeldEnergies<E, Face, n, Others...> {
-  using Base = HeldEnergies<E, Face, n, Others...>;
-  using Base::Base;
-  // Numbers that throw: nothing is asked but whether they do.
-  static constexpr bool is_asked = std::is_same_v<S, AskedNumber>;
-
-  S T([[maybe_unused]] const Vector<S, n>& q, [[maybe_unused]] const Vector<S, n>& qdot, const S& t) const override {
-    if constexpr (is_asked && !T_may_throw<E, AskedNumber, n>) return t;
-    else return kinetic<n>(this->energies, q, qdot, t);
-  }
-  S V([[maybe_unused]] const Vector<S, n>& q, const S& t) const override {
-    if constexpr (is_asked && !V_may_throw<E, AskedNumber, n>) return t;
-    else return potential<n>(this->energies, q, t);
-  }
-};
-
 /// Energies of a type that is hidden. Copies share them: functors with a mutable state have one for a whole run, its watches included.
 ///
 /// @tparam timed  whether T or V takes the time
-/// @tparam More   kinds of numbers that are asked for beside the four of a run, each once
+/// @tparam More   kinds of numbers that are asked for beside the four of a run
 template <int n, bool timed, class... More>
 class AnyEnergies {
-  using Face = EnergiesFace<n, More...>;
-
  public:
   template <class E>
-  explicit AnyEnergies(E energies)
-      : held_(std::make_shared<const HeldEnergies<E, Face, n, formula::Recorded, Dual<double, 1>, TermDual<Spare, n>, AskedNumber, More...>>(
-            std::move(energies))) {}
+  explicit AnyEnergies(E energies) : AnyEnergies(std::make_shared<const Held<E>>(std::move(energies))) {}
 
   template <class S>
   S T(const Vector<S, n>& q, const Vector<S, n>& qdot) const
@@ -123,10 +90,55 @@ class AnyEnergies {
  private:
   template <class S>
   const EnergiesOfNumbers<S, n>& of() const {
-    return *held_;
+    if constexpr ((std::is_same_v<S, More> || ...)) return *std::get<std::shared_ptr<const EnergiesOfNumbers<S, n>>>(more_);
+    else return *held_;
   }
 
-  std::shared_ptr<const Face> held_;
+  template <class E>
+  struct Held final : EnergiesFace<n> {
+    E energies;
+
+    explicit Held(E it) : energies(std::move(it)) {}
+
+    using Recorded = formula::Recorded;
+    using Number = Dual<double, 1>;
+    using Nested = TermDual<Spare, n>;
+    Recorded T(const Vector<Recorded, n>& q, const Vector<Recorded, n>& v, const Recorded& t) const override { return kinetic<n>(energies, q, v, t); }
+    Recorded V(const Vector<Recorded, n>& q, const Recorded& t) const override { return potential<n>(energies, q, t); }
+    Number T(const Vector<Number, n>& q, const Vector<Number, n>& v, const Number& t) const override { return kinetic<n>(energies, q, v, t); }
+    Number V(const Vector<Number, n>& q, const Number& t) const override { return potential<n>(energies, q, t); }
+    Nested T(const Vector<Nested, n>& q, const Vector<Nested, n>& v, const Nested& t) const override { return kinetic<n>(energies, q, v, t); }
+    Nested V(const Vector<Nested, n>& q, const Nested& t) const override { return potential<n>(energies, q, t); }
+    AskedNumber T([[maybe_unused]] const Vector<AskedNumber, n>& q, [[maybe_unused]] const Vector<AskedNumber, n>& v, const AskedNumber& t) const override {
+      if constexpr (T_may_throw<E, AskedNumber, n>) return kinetic<n>(energies, q, v, t);
+      else return t;  // these numbers throw, and nothing is asked but whether they do
+    }
+    AskedNumber V([[maybe_unused]] const Vector<AskedNumber, n>& q, const AskedNumber& t) const override {
+      if constexpr (V_may_throw<E, AskedNumber, n>) return potential<n>(energies, q, t);
+      else return t;
+    }
+    bool kinetic_energy_takes_q() const override { return kinetic_signature<E, n>() != KineticSignature::velocity; }
+    Fingerprint fingerprint(int size, const Answers* answers) const override { return qdot::detail::fingerprint<n>(energies, size, answers); }
+    void read_entries(const WatchedVector<n>& q, const WatchedVector<n>& qdot, double t) const override {
+      qdot::detail::read_entries<n>(energies, q, qdot, t);
+    }
+  };
+
+  // The same energies, of numbers S.
+  template <class E, class S>
+  struct HeldMore final : EnergiesOfNumbers<S, n> {
+    std::shared_ptr<const Held<E>> held;
+
+    explicit HeldMore(std::shared_ptr<const Held<E>> it) : held(std::move(it)) {}
+    S T(const Vector<S, n>& q, const Vector<S, n>& v, const S& t) const override { return kinetic<n>(held->energies, q, v, t); }
+    S V(const Vector<S, n>& q, const S& t) const override { return potential<n>(held->energies, q, t); }
+  };
+
+  template <class E>
+  explicit AnyEnergies(const std::shared_ptr<const Held<E>>& held) : held_(held), more_(std::make_shared<const HeldMore<E, More>>(held)...) {}
+
+  std::shared_ptr<const EnergiesFace<n>> held_;
+  [[no_unique_address]] std::tuple<std::shared_ptr<const EnergiesOfNumbers<More, n>>...> more_;
 };
 
 }  // namespace qdot::detail
