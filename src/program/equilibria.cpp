@@ -24,7 +24,7 @@ namespace qdot::program {
 
 namespace {
 
-constexpr int starts = 64;
+constexpr int tried_starts = 64;
 constexpr std::size_t family_if_all_differ = 12;  // of the first searches
 
 /// The i-th number of van der Corput's sequence in a base, from −½ to ½.
@@ -60,7 +60,7 @@ int equilibria(const EquilibriaOptions& options) {
   Eigen::VectorXd reaches = request.start.q.cwiseAbs();
   detail::lend_sizes(reaches, 0, 0.0);
   for (double& reach : reaches) reach = detail::reach_of(reach);
-  for (int k = 0; k < (n <= most_searched ? starts : 1); ++k) {
+  for (int k = 0; k < (n <= most_searched ? tried_starts : 1); ++k) {
     Eigen::VectorXd q = request.start.q;
     for (Eigen::Index i = 0; k > 0 && i < n; ++i) {
       if (cyclic[static_cast<std::size_t>(i)]) continue;
