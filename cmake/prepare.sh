@@ -157,7 +157,9 @@ provide_fmpy() {
 # What some tests need or are faster with, where it can be installed without a question.
 provide_if_possible() { # provide_if_possible THING NAME
   local as_root="" log=$root/build/install_$1.log
-  if [ -n "$(missing_things "$1")" ] && command -v apt-get > /dev/null; then
+  # What could not be installed once is not tried again.
+  if [ -n "$(missing_things "$1")" ] && command -v apt-get > /dev/null && [ ! -f "$log" ]; then
+    say "Installing $2"
     [ "$(id -u)" = 0 ] || as_root="sudo -n"
     mkdir -p "$root/build"
     {
@@ -222,33 +224,37 @@ configure() { # configure DIRECTORY OPTION…
 # Writes what a build prints to a log, and how far it is to the terminal: a bar, or a line every so many seconds where there is none.
 progress_line=never # or seconds
 show_progress() { # show_progress LOG
-  local line="" part status done=0 all=0 begin=$SECONDS told=$SECONDS bar=no
-  [ ! -t 2 ] || bar=yes
+  local line="" part status count done=0 all=0 begin=$SECONDS told=$SECONDS drawn=-1 bar=no filled empty
+  if [ -t 2 ]; then
+    bar=yes
+    trap 'printf "\r\033[K" >&2; trap - INT; kill -INT $BASHPID' INT
+  fi
   while true; do
     status=0
     IFS= read -r -t 1 part || status=$?
     line+=$part
     if [ $status = 0 ]; then
       printf '%s\n' "$line"
-      case $line in "["*/*"]"*) # ninja: [3/17] Building …
-        line=${line#[}
-        line=${line%%]*}
-        done=${line%/*}
-        all=${line#*/} ;;
-      "["*%"]"*) # make: [ 17%] Building …
-        line=${line%%%*}
-        done=${line#[}
-        all=100 ;;
-      esac
+      if [[ $line =~ ^\[([0-9]+)/([0-9]+)\]\  ]]; then # ninja
+        done=${BASH_REMATCH[1]}
+        all=${BASH_REMATCH[2]}
+      elif [[ $line =~ ^\[\ *([0-9]+)%\]\  ]]; then # make
+        done=${BASH_REMATCH[1]}
+        all=100
+      fi
       line=""
     elif [ $status -le 128 ]; then # the end; above 128 a second has passed
+      [ -z "$line" ] || printf '%s\n' "$line"
       break
     fi
-    if [ $bar = yes ]; then
-      local width=40 filled=0
-      [ "$all" = 0 ] || filled=$((width * done / all))
-      printf '\r  [%-*s] %s of %s, %d s ' $width "$(printf '%*s' $filled '' | tr ' ' '#')" "$done" "$all" $((SECONDS - begin)) >&2
-    elif [ "$progress_line" != never ] && [ $((SECONDS - told)) -ge "$progress_line" ]; then
+    if [ $bar = yes ] && [ $drawn != $SECONDS ]; then
+      drawn=$SECONDS
+      count=0
+      [ "$all" = 0 ] || count=$((40 * done / all))
+      printf -v filled '%*s' $count ''
+      printf -v empty '%*s' $((40 - count)) ''
+      printf '\r  [%s%s] %s of %s, %d s ' "${filled// /#}" "$empty" "$done" "$all" $((SECONDS - begin)) >&2
+    elif [ $bar = no ] && [ "$progress_line" != never ] && [ $((SECONDS - told)) -ge "$progress_line" ]; then
       told=$SECONDS
       say "  $done of $all built after $((SECONDS - begin)) s"
     fi
@@ -259,5 +265,9 @@ show_progress() { # show_progress LOG
 compile() { # compile DIRECTORY ARGUMENT…
   local directory=$1
   shift
-  cmake --build "$directory" --parallel "$(jobs)" "$@" 2>&1 | show_progress "$directory/build.log"
+  if [ "${BASH_VERSINFO[0]}" -lt 4 ]; then # whose read does not tell a second that has passed from the end
+    cmake --build "$directory" --parallel "$(jobs)" "$@" > "$directory/build.log" 2>&1
+  else
+    cmake --build "$directory" --parallel "$(jobs)" "$@" 2>&1 | show_progress "$directory/build.log"
+  fi
 }

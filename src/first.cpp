@@ -7,6 +7,7 @@
 #include <exception>
 #include <string>
 
+#include "program/arguments.hpp"
 #include "program/catalogue.hpp"
 #include "program/commands.hpp"
 #include "program/scene_runner.hpp"
@@ -34,9 +35,12 @@ int main(int argc, char** argv) {
       if (qdot::program::run(options) != 0) status = 1;
       std::puts("");
     }
+  } catch (const qdot::program::UsageError& error) {
+    std::fprintf(stderr, "qdot-first: %s\n", error.what());
+    return 2;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "qdot-first: %s\n", error.what());
     return 1;
   }
-  return status;
+  return std::fflush(stdout) != 0 || std::ferror(stdout) != 0 ? 1 : status;
 }

@@ -1,7 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The model of T and V whose type is hidden: compiled once for each number of coordinates, not once for each scene.
+// The model of T and V whose type is hidden, which depends on the number of coordinates alone. The most frequent ones are compiled once for all
+// scenes (program/models.cpp), the others in each file that makes one.
 //
 // Models ask T and V for more kinds of numbers than runs do (qdot/mechanics/derive/any_energies.hpp): gradients and momenta for methods that step
 // momenta, and long double for references.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Models of one to three coordinates, compiled once for all scenes (program/any_model.hpp): what most scenes are.
+// The models of most scenes, compiled once for all (program/any_model.hpp): of one to three coordinates, and of one with T or V of the time.
 #include "program/system_model.hpp"
 
 namespace qdot::program {

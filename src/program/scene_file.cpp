@@ -22,7 +22,7 @@
 #include <system_error>
 #include <vector>
 
-#include "scene_compiler.hpp"  // made by CMake: the compiler, its options, and the archive of qdot::compiled
+#include "scene_compiler.hpp"  // made by CMake: the compiler, its options, and the archives of what depends on no scene
 
 extern char** environ;
 

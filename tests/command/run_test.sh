@@ -21,11 +21,14 @@ code=0
 [ $code = 2 ] || fail "an unknown scene ends with status $code, not 2"
 [ ! -s stdout ] || fail "an unknown scene prints to stdout: $(cat stdout)"
 
-"$1/run" > stdout 2> stderr
-for scene in rod_and_ring double_pendulum; do
-  grep -q "^$scene: reached t = " stdout || fail "./run alone does not show $scene: $(cat stdout stderr)"
-  [ -s "$1/out/$scene.html" ] || fail "./run alone does not write out/$scene.html"
-done
+if [ ! -e "$1/out" ]; then # a folder that is there is the user's
+  "$1/run" > stdout 2> stderr
+  for scene in rod_and_ring double_pendulum; do
+    grep -q "^$scene: reached t = " stdout || fail "./run alone does not show $scene: $(cat stdout stderr)"
+    [ -s "$1/out/$scene.html" ] || fail "./run alone does not write out/$scene.html"
+  done
+  rm -r "$1/out"
+fi
 
 "$1/run" run pendulum --out here > /dev/null
 [ -s here.csv ] && [ -s here.npz ] && [ -s here.html ] || fail "--out here did not write here.csv, here.npz, here.html in the caller's folder"

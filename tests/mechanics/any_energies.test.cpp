@@ -25,7 +25,7 @@ template <int n, bool timed>
 using Hidden = detail::AnyEnergies<n, timed, Dual<double, n>, Dual<double, n, detail::SlopeByVelocity>, Dual<double, 1, detail::SlopeByTime>,
                                    detail::TermDual<long double, n>>;
 
-// A pendulum in coordinates, whose pivot shakes: all of T(q, q̇, t) and V(q, t).
+// T(q, q̇, t) and V(q, t) that depend on all of their arguments.
 struct Shaken {
   template <class S>
   S T(const Vector<S, 2>& q, const Vector<S, 2>& v, const S& t) const {

@@ -155,7 +155,7 @@ struct Splitting {
 
   /// A stepper for `system`, which it copies. Allocates all its memory here.
   ///
-  /// @throws InvalidValue  step is not positive; the mass matrix depends on the velocities
+  /// @throws InvalidValue  step is not positive; the mass matrix depends on the velocities; T takes the coordinates, where its type is hidden
   template <class Sys>
   SplittingStepper<FirstOrderForm<Sys>> stepper(const FirstOrderForm<Sys>& system, const Options& options) const {
     static_assert(detail::may_separate<Sys>,
