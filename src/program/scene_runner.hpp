@@ -151,7 +151,7 @@ class SceneRunner : public RunnableScene {
   /// T and V alone; not compiled for a scene that never is.
   std::shared_ptr<const Model> bare_model() const {
     using Sys = decltype(system());
-    if constexpr (n != Dynamic && n <= most_coordinates_of_hidden_models && qdot::detail::RecordableEnergies<typename Sys::EnergiesType, n>) {
+    if constexpr (n != Dynamic && n <= most_hidden_coordinates && qdot::detail::RecordableEnergies<typename Sys::EnergiesType, n>) {
       constexpr bool timed = !Sys::autonomous;
       const Sys bare = system();
       return model_of_energies<n, timed>(ModelEnergies<n, timed>(bare.energies()), bare.parts());

@@ -106,7 +106,9 @@ std::shared_ptr<const Model> model_of_energies(ModelEnergies<n, timed> energies,
 extern template std::shared_ptr<const Model> model_of_energies<1, false>(ModelEnergies<1, false>, const qdot::detail::SystemParts&);
 extern template std::shared_ptr<const Model> model_of_energies<1, true>(ModelEnergies<1, true>, const qdot::detail::SystemParts&);
 extern template std::shared_ptr<const Model> model_of_energies<2, false>(ModelEnergies<2, false>, const qdot::detail::SystemParts&);
+extern template std::shared_ptr<const Model> model_of_energies<2, true>(ModelEnergies<2, true>, const qdot::detail::SystemParts&);
 extern template std::shared_ptr<const Model> model_of_energies<3, false>(ModelEnergies<3, false>, const qdot::detail::SystemParts&);
+extern template std::shared_ptr<const Model> model_of_energies<3, true>(ModelEnergies<3, true>, const qdot::detail::SystemParts&);
 #endif
 
 }  // namespace qdot::program

@@ -20,10 +20,9 @@ namespace {
 
 using namespace qdot;
 
-// As the models of the program ask: gradients and momenta, slopes in time, long double.
+// As the models of the program ask: gradients and momenta, and long double.
 template <int n, bool timed>
-using Hidden = detail::AnyEnergies<n, timed, Dual<double, n>, Dual<double, n, detail::SlopeByVelocity>, Dual<double, 1, detail::SlopeByTime>,
-                                   detail::TermDual<long double, n>>;
+using Hidden = detail::AnyEnergies<n, timed, Dual<double, n>, Dual<double, n, detail::SlopeByVelocity>, detail::TermDual<long double, n>>;
 
 // T(q, q̇, t) and V(q, t) that depend on all of their arguments.
 struct Shaken {

@@ -42,17 +42,13 @@ struct EnergyBalance {
   double largest_change = 0.0; ///< largest |h − h(t₀)|
 };
 
-namespace detail {
-struct SlopeByTime {};  // the tag of perturbations of t
-}
-
 /// Rate of h on a motion: P − ∂L/∂t. Zero for a system whose energies do not depend on time.
 template <class E, int n, Inertia inertia>
 double energy_rate(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
   if constexpr (System<E, n, inertia>::autonomous) {
     return 0.0;
   } else {
-    return -derivative(detail::marked<detail::SlopeByTime>([&](const auto& s) {
+    return -derivative(detail::marked<void>([&](const auto& s) {
       using D = std::remove_cvref_t<decltype(s)>;
       const Vector<D, n> x = q.template cast<D>(), v = qdot.template cast<D>();
       return D(detail::kinetic<n>(system.energies(), x, v, s) - detail::potential<n>(system.energies(), x, s));

@@ -124,7 +124,7 @@ class AnyEnergies {
     }
   };
 
-  // The same energies, of numbers S.
+  // T and V of further numbers S.
   template <class E, class S>
   struct HeldMore final : EnergiesOfNumbers<S, n> {
     std::shared_ptr<const Held<E>> held;
