@@ -14,7 +14,7 @@ function(qdot_add_compiled)
   endif()
   get_property(folder GLOBAL PROPERTY qdot_program_folder)
   # Runs of systems whose number of coordinates is known when compiling (runs_…) need the rest; ./run links the rest alone at first.
-  add_library(qdot_compiled_equations OBJECT EXCLUDE_FROM_ALL ${folder}/compiled/equations.cpp)
+  add_library(qdot_compiled_equations OBJECT EXCLUDE_FROM_ALL ${folder}/compiled/equations.cpp ${folder}/compiled/effects.cpp)
   add_library(qdot_compiled STATIC EXCLUDE_FROM_ALL ${folder}/compiled/runs_1_to_4.cpp ${folder}/compiled/runs_5_to_8.cpp
     $<TARGET_OBJECTS:qdot_compiled_equations>)
   set(library qdot::qdot)

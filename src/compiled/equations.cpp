@@ -7,8 +7,6 @@
 #include <qdot/ad/native/native_lines.hpp>
 #include <qdot/ad/formula/recording.hpp>
 #include <qdot/ad/series/sweep.hpp>
-#include <qdot/effects/impact.hpp>
-#include <qdot/effects/rows/projection_lines.hpp>
 #include <qdot/integrate/automatic.hpp>
 #include <qdot/integrate/driver/drive.hpp>
 #include <qdot/integrate/driver/driver.hpp>
@@ -125,8 +123,6 @@ template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, Dynam
 template void throw_not_finite<double>(const std::string&, double);
 template void throw_derivative_not_finite<double>(const std::string&, const std::string&, double);
 template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);
-template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&,
-                                                                    const Eigen::VectorXd&);
 template class KeptBranches<>;
 template class LagrangeSeries<>;
 template class BranchedSeries<>;
@@ -151,7 +147,6 @@ template TracedLines<double>::Solved TracedLines<double>::solved_projection(cons
 template TracedMotion<double>::TracedMotion(TracedEquations<double>);
 template std::unique_ptr<TracedRates> traced_rates<void>(const RecordableForm&);
 template std::shared_ptr<TracedEquations<double>> recorded_equations<void>(const RecordableForm&);
-template std::unique_ptr<AnyProjection> projection_by_lines<void>(const RecordableForm&, std::span<const double>);
 template class TracedJacobian<1>;
 template class TracedJacobian<2>;
 template class TracedJacobian<3>;

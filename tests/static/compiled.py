@@ -25,7 +25,7 @@ def instantiations(text, keyword):
 
 
 trouble, count = False, 0
-for macro, sources in (("QDOT_COMPILED", ("equations", "runs_1_to_4", "runs_5_to_8", "cvode")), ("QDOT_COMPILED_ANALYSIS", ("analysis",))):
+for macro, sources in (("QDOT_COMPILED", ("equations", "effects", "runs_1_to_4", "runs_5_to_8", "cvode")), ("QDOT_COMPILED_ANALYSIS", ("analysis",))):
     declared = set()
     for header in (root / "include").rglob("*.hpp"):
         text = header.read_text()

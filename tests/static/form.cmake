@@ -6,7 +6,7 @@ set(longest 400)
 set(heavy "<(iostream|regex|fstream|Eigen/Dense|Eigen/Eigen|CLI/.*|nlohmann/.*|catch2/.*)>")
 
 set(violations)
-file(GLOB_RECURSE headers RELATIVE ${INCLUDE_DIR} ${INCLUDE_DIR}/*.hpp)
+file(GLOB_RECURSE headers RELATIVE ${INCLUDE_DIR} ${INCLUDE_DIR}/*.hpp ${INCLUDE_DIR}/*.ipp)
 foreach(header IN LISTS headers)
   file(READ ${INCLUDE_DIR}/${header} text)
   if(NOT text MATCHES "^#pragma once\n// SPDX-License-Identifier: MIT\n//\n// [^\n]+\n")

@@ -90,7 +90,7 @@ def main(arguments):
     if tool is None:
         print("Skipped: the code is compared with clang-format 16, which is not installed (Debian: apt-get install clang-format-16)")
         sys.exit(77)
-    files = sorted(f for folder in FOLDERS for ending in ["hpp", "cpp"] for f in (ROOT / folder).rglob(f"*.{ending}"))
+    files = sorted(f for folder in FOLDERS for ending in ["hpp", "ipp", "cpp"] for f in (ROOT / folder).rglob(f"*.{ending}"))
     if len(files) < 500:
         sys.exit(f"Only {len(files)} files of code: where are the others?")
     with tempfile.TemporaryDirectory() as folder:

@@ -26,7 +26,7 @@ set(rules
   "[^_a-z]assert *\\(=cassert")
 
 set(violations)
-file(GLOB_RECURSE headers RELATIVE ${INCLUDE_DIR} ${INCLUDE_DIR}/*.hpp)
+file(GLOB_RECURSE headers RELATIVE ${INCLUDE_DIR} ${INCLUDE_DIR}/*.hpp ${INCLUDE_DIR}/*.ipp)
 foreach(header IN LISTS headers)
   file(READ ${INCLUDE_DIR}/${header} text)
   string(REPLACE ";" " " text "${text}")

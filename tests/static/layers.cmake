@@ -11,7 +11,7 @@ set(sundials_folders "(cvodes?|sundials|nvector|sunmatrix|sunlinsol|sunnonlinsol
 set(mpi_headers "^integrate/(simulate_many_mpi\\.hpp|mpi/)")
 
 set(violations)
-file(GLOB_RECURSE headers RELATIVE ${INCLUDE_DIR} ${INCLUDE_DIR}/*.hpp)
+file(GLOB_RECURSE headers RELATIVE ${INCLUDE_DIR} ${INCLUDE_DIR}/*.hpp ${INCLUDE_DIR}/*.ipp)
 foreach(header IN LISTS headers)
   string(REGEX REPLACE "(/.*|\\.hpp)$" "" layer "${header}")
   list(FIND layers "${layer}" height)

@@ -176,42 +176,43 @@ class SceneForm {
   Eigen::Index guard_count() const
     requires(Sc::has_phases)
   {
-    return detail::Switching<Sc>::count();
+    return static_cast<Eigen::Index>(Sc::phases_at_compile_time);
   }
 
   /// g ← functions that stay ≥ 0 as long as the phases of y last.
   void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const
     requires(Sc::has_phases)
   {
-    detail::Switching<Sc>(scene_).guards(t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), g);
+    detail::write_guards(scene_, t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), g);
   }
 
   /// out ← how large each guard may be and still be zero, given what is zero in each component of y.
   void guard_bands(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> out) const
     requires(Sc::has_phases)
   {
-    detail::Switching<Sc>(scene_).bands(t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), tolerance, out);
+    detail::write_guard_bands(detail::SwitchingSceneOf<Sc>(scene_), t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), tolerance, out);
   }
 
   /// Whether something has moved the gap of a closed contact, so that it is no longer zero.
   bool gap_has_moved(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance) const
     requires(Sc::has_phases)
   {
-    return detail::Switching<Sc>(scene_).gap_has_moved(t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), tolerance);
+    return detail::gap_has_moved(detail::SwitchingSceneOf<Sc>(scene_), t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), tolerance);
   }
 
   /// Name of guard k if the run ends where it falls through zero; otherwise nothing.
   std::string ending(Eigen::Index k) const
     requires(Sc::has_phases)
   {
-    return detail::Switching<Sc>(scene_).ending(k);
+    const detail::SwitchingPart part = detail::SwitchingRowsOf<Sc>(scene_).parts()[static_cast<std::size_t>(k)];
+    return part.ends_run ? part.name : std::string();
   }
 
   /// Name of the contact or friction of guard k.
   std::string guard_name(Eigen::Index k) const
     requires(Sc::has_phases)
   {
-    return detail::Switching<Sc>(scene_).name(k);
+    return detail::SwitchingRowsOf<Sc>(scene_).parts()[static_cast<std::size_t>(k)].name;
   }
 
   /// Gives y the velocities and phases that follow when the guards `fired` have reached zero; says what happened.
@@ -222,9 +223,8 @@ class SceneForm {
                                     const std::vector<bool>* left_out = nullptr) const
     requires(Sc::has_phases)
   {
-    Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
-    Vector<double, states> z = z_of(y.data());
-    std::vector<std::string> happened = detail::Switching<Sc>(scene_).settle(t, q, qdot, z, fired, tolerance, left_out);
+    Eigen::VectorXd q = q_of(y.data()), qdot = qdot_of(y.data()), z = z_of(y.data());
+    std::vector<std::string> happened = detail::settle(detail::SwitchingSceneOf<Sc>(scene_), t, q, qdot, z, fired, tolerance, left_out);
     std::copy_n(z.data(), states, std::copy_n(qdot.data(), dof(), std::copy_n(q.data(), dof(), y.data())));
     return happened;
   }

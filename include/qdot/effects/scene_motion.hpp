@@ -23,6 +23,7 @@
 #include "qdot/effects/equations/effect_forces.hpp"
 #include "qdot/effects/equations/recordable_scene.hpp"
 #include "qdot/effects/equations/shared_forces.hpp"
+#include "qdot/effects/equations/switching_rows.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/constraint_geometry.hpp"
 #include "qdot/error.hpp"
@@ -207,7 +208,11 @@ inline auto any_constrained_acceleration(const Sc& scene, const Coordinates<Sc>&
 template <class Sc, class Solution>
 Solution with_shared_forces(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t, const EffectStates<Sc>& z, Solution solution) {
   if constexpr (Sc::has_phases && Sc::constraints_at_compile_time != Dynamic) {
-    if (solution.rank < asked(scene, z)) ActiveRows<Sc>(scene, t, q, qdot, z, solution.lambda).split(t, q, qdot, z, solution.lambda);
+    if (solution.rank < asked(scene, z)) {
+      Eigen::VectorXd lambda = solution.lambda;
+      split_forces(SwitchingRowsOf<Sc>(scene), t, q, qdot, z, lambda);
+      solution.lambda = lambda;
+    }
   }
   return solution;
 }

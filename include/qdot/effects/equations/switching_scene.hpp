@@ -1,0 +1,63 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// A scene as the choice of phases sees it: its rows (effects/equations/switching_rows.hpp), and how it moves.
+
+#include <Eigen/Core>
+
+#include "qdot/effects/equations/switching_rows.hpp"
+#include "qdot/effects/projection.hpp"
+#include "qdot/effects/scene_motion.hpp"
+
+namespace qdot::detail {
+
+/// What the choice of phases asks.
+class SwitchingScene : public SwitchingRows {
+ public:
+  struct Forces {
+    VectorXd lambda;
+    Eigen::Index rank = 0;  // of the rows that are active
+  };
+  virtual VectorXd acceleration(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
+  virtual VectorXd acceleration_without_lines(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
+  virtual Forces forces(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
+  virtual Forces forces_without_lines(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
+  virtual void project(double t, VectorXd& q, VectorXd& qdot, const VectorXd& z) const = 0;
+};
+
+/// That of a scene; made where it is asked.
+template <class Sc>
+class SwitchingSceneOf final : public SwitchingRowsOf<Sc, SwitchingScene> {
+  using Base = SwitchingRowsOf<Sc, SwitchingScene>;
+  using typename Base::Q;
+  using typename Base::Z;
+  using Base::scene_;
+
+ public:
+  using Base::Base;
+  using VectorXd = Eigen::VectorXd;
+  using Forces = SwitchingScene::Forces;
+
+  VectorXd acceleration(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const override {
+    return qdot::acceleration(scene_, Q(q), Q(qdot), t, Z(z));
+  }
+  VectorXd acceleration_without_lines(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const override {
+    return qdot::detail::acceleration_without_lines(scene_, Q(q), Q(qdot), t, Z(z));
+  }
+  Forces forces(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const override {
+    const auto solution = constrained_acceleration(scene_, Q(q), Q(qdot), t, Z(z));
+    return {solution.lambda, solution.rank};
+  }
+  Forces forces_without_lines(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const override {
+    const auto solution = constrained_without_lines(scene_, Q(q), Q(qdot), t, Z(z), default_rank_cutoff);
+    return {solution.lambda, solution.rank};
+  }
+  void project(double t, VectorXd& q, VectorXd& qdot, const VectorXd& z) const override {
+    Q at(q), rate(qdot);
+    qdot::project(scene_, at, rate, t, default_rank_cutoff, Z(z));
+    q = at;
+    qdot = rate;
+  }
+};
+
+}  // namespace qdot::detail

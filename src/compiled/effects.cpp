@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: MIT
+//
+// The library qdot::compiled: constraints whose rows depend on each other, phases of contacts and friction, impacts, projections by lines.
+#include <qdot/effects/equations/phases_at_state.hpp>
+#include <qdot/effects/equations/switching.hpp>
+#include <qdot/effects/impact.hpp>
+#include <qdot/effects/rows/bounded_minimum.hpp>
+#include <qdot/effects/rows/constrained_solve.hpp>
+#include <qdot/effects/rows/dependent_rows.hpp>
+#include <qdot/effects/rows/projection_lines.hpp>
+#include <qdot/mechanics/equations/limit_of_slopes.hpp>
+
+namespace qdot::detail {
+template Eigen::MatrixXd part_of<void>(const Eigen::MatrixXd&, const std::vector<Eigen::Index>&);
+template bool solve<void>(BoundedMinimum&);
+template Eigen::MatrixXd null_space<void>(const Eigen::MatrixXd&);
+template bool shorten<void>(Eigen::VectorXd&, const Eigen::MatrixXd&, const Eigen::VectorXd&, const Eigen::VectorXd&);
+template Margin margin<void>(const Eigen::VectorXd&, const Eigen::MatrixXd&, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                             double);
+template OrthogonalColumns orthogonal_columns<void>(const Eigen::MatrixXd&, double, bool);
+template LeastNorm least_norm<void>(const Eigen::MatrixXd&, const double*, double);
+template bool pivoted_elimination<void>(Eigen::MatrixXd&, double*, double*);
+template void throw_contradiction<void>(const std::vector<std::string>&, const Eigen::VectorXd&, Eigen::Index, double);
+template std::vector<double> pivoted_solution<void>(const Eigen::MatrixXd&, const Eigen::MatrixXd&, const double*, const double*, double,
+                                                    const std::vector<std::string>&, const std::vector<std::string>&);
+template bool slopes_in_the_limit<void>(const Eigen::VectorXd&, Eigen::Index, Eigen::MatrixXd&,
+                                        const std::function<void(const Eigen::VectorXd&, Eigen::MatrixXd&)>&);
+template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&,
+                                                                    const Eigen::VectorXd&);
+template std::unique_ptr<AnyProjection> projection_by_lines<void>(const RecordableForm&, std::span<const double>);
+template SharedForces shared_forces<void>(const SwitchingRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                          const Eigen::VectorXd&);
+template void split_forces<void>(const SwitchingRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                 Eigen::VectorXd&);
+template void choose_phases<void>(const SwitchingScene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                  std::vector<Switch>&, Eigen::VectorXd&);
+template void write_guard_bands<void>(const SwitchingScene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                      const Eigen::VectorXd&, Eigen::Ref<Eigen::VectorXd>);
+template bool gap_has_moved<void>(const SwitchingScene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                  const Eigen::VectorXd&);
+template std::vector<std::string> settle<void>(const SwitchingScene&, double, Eigen::VectorXd&, Eigen::VectorXd&, Eigen::VectorXd&,
+                                               std::vector<bool>, const Eigen::VectorXd&, const std::vector<bool>*);
+template Eigen::VectorXd resolution_of<void>(const Eigen::VectorXd&, const Eigen::VectorXd&);
+template Eigen::VectorXd phases_at_state<void>(const SwitchingScene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&);
+template void require_lasting_phases<void>(const SwitchingScene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&);
+template Eigen::VectorXd phases_of_rest<void>(const SwitchingScene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&);
+template bool revise_phases<void>(const SwitchingScene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, Eigen::VectorXd&);
+template bool close_nearest<void>(const SwitchingScene&, double, const Eigen::VectorXd&, Eigen::VectorXd&);
+}  // namespace qdot::detail
