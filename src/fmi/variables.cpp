@@ -96,6 +96,132 @@ void require_different_names(const std::vector<Variable>& all) {
   }
 }
 
+// The list of variables as it is made, and the scene that it is made of.
+class VariablesOfScene {
+ public:
+  // The list begins with time.
+  explicit VariablesOfScene(RunnableScene& scene)
+      : scene_(scene), model_(scene.model()), coordinates_(scene.coordinates()), own_(model_->own_states()), n_(model_->dof()) {
+    const State<Dynamic> start = scene.start();
+    y_ = model_->packed(start);
+    list_.size = model_->size();
+    list_.constrained = model_->is_constrained();
+    list_.start_time = start.t;
+    list_.end_time = scene.t_end();
+    list_.name = scene.name();
+    list_.title = scene.title();
+    list_.summary = scene.summary();
+    list_.time_unit = scene.time_unit();
+    add({.role = Role::time, .name = "time", .unit = list_.time_unit, .description = "time", .start = start.t});
+  }
+
+  void add_parameters() {
+    for (const program::ParameterInfo& p : scene_.parameters())
+      add({.role = p.whole ? Role::count : Role::parameter,
+           .name = p.name,
+           .unit = p.unit,
+           .description = p.meaning,
+           .start = p.value,
+           .range = p.range,
+           .of = p.name});
+  }
+
+  void add_effects() {
+    for (const program::EffectInfo& e : scene_.effects()) {
+      const bool free = is_free_to_switch(scene_, e);
+      if (!free && !e.on) continue;
+      add({.role = Role::effect_value, .name = e.name, .unit = e.unit, .description = e.meaning, .start = e.value, .range = e.range, .of = e.name});
+      if (free) add({.role = Role::effect_on, .name = e.name + ".on", .description = "whether there is " + e.name, .start = e.on ? 1.0 : 0.0, .of = e.name});
+    }
+  }
+
+  void add_inputs() {
+    for (std::size_t i = 0; i < own_.size(); ++i) {
+      const Eigen::Index place = place_of_own(i);
+      if (own_[i].kind == OwnState::input)
+        list_.inputs.push_back(add({.role = Role::input, .name = own_[i].name, .description = "input", .start = y_[place], .place = place}));
+    }
+  }
+
+  void add_states_and_rates() {
+    const std::vector<Continuous> states = continuous_states();
+    const std::vector<bool> follow = starts_that_follow(scene_, n_);
+    for (const Continuous& x : states) {
+      const bool moved = x.place < 2 * n_ && (list_.constrained || model_->guard_count() > 0 || follow[static_cast<std::size_t>(x.place)]);
+      const std::string what = x.place < n_ ? "coordinate" : x.place < 2 * n_ ? "velocity" : "state of an effect";
+      list_.states.push_back(
+          add({.role = Role::state, .name = x.name, .unit = x.unit, .description = what, .start = y_[x.place], .place = x.place, .follows_others = moved}));
+    }
+    for (std::size_t i = 0; i < states.size(); ++i)
+      list_.rates.push_back(add({.role = Role::rate,
+                                 .name = "der(" + states[i].name + ")",
+                                 .unit = states[i].rate_unit,
+                                 .place = states[i].place,
+                                 .state_reference = list_.states[i]}));
+  }
+
+  // With the guard that ends each.
+  void add_phases() {
+    Eigen::Index guard = 0;
+    for (std::size_t i = 0; i < own_.size(); ++i) {
+      if (own_[i].kind != OwnState::phase) continue;
+      list_.guards.push_back(add({.role = Role::guard,
+                                  .name = own_[i].name + ".guard",
+                                  .description = "falls through zero where the phase of " + own_[i].name + " ends",
+                                  .place = guard++}));
+      add({.role = Role::phase,
+           .name = own_[i].name + ".phase",
+           .description = "a contact: 1 closed, 0 apart; friction: 0 sticks, 1 or -1 slides",
+           .place = place_of_own(i)});
+    }
+  }
+
+  void add_energies() {
+    const std::string energy = scene_.energy_unit();
+    add({.role = Role::kinetic_energy, .name = "kinetic_energy", .unit = energy, .description = "T"});
+    add({.role = Role::potential_energy, .name = "potential_energy", .unit = energy, .description = "V"});
+  }
+
+  Variables list() && { return std::move(list_); }
+
+ private:
+  struct Continuous {
+    std::string name, unit, rate_unit;
+    Eigen::Index place;
+  };
+
+  // Coordinates, velocities and states of effects, in their order in y.
+  std::vector<Continuous> continuous_states() const {
+    const std::string& s = list_.time_unit;
+    std::vector<Continuous> states;
+    for (Eigen::Index i = 0; i < n_; ++i) {
+      const scenes::Coordinate& c = coordinates_[static_cast<std::size_t>(i)];
+      states.push_back({model_->component_name(i), c.unit, per_time(c.unit, s, 1), i});
+    }
+    for (Eigen::Index i = 0; i < n_; ++i) {
+      const scenes::Coordinate& c = coordinates_[static_cast<std::size_t>(i)];
+      states.push_back({model_->component_name(n_ + i), per_time(c.unit, s, 1), per_time(c.unit, s, 2), n_ + i});
+    }
+    for (std::size_t i = 0; i < own_.size(); ++i)
+      if (own_[i].kind == OwnState::state) states.push_back({own_[i].name, "", "", place_of_own(i)});
+    return states;
+  }
+
+  // Of a state of an effect, in y.
+  Eigen::Index place_of_own(std::size_t i) const { return 2 * n_ + static_cast<Eigen::Index>(i); }
+
+  // The reference of the new variable.
+  std::size_t add(Variable v) { return list_.all.push_back(std::move(v)), list_.all.size() - 1; }
+
+  RunnableScene& scene_;
+  std::shared_ptr<const Model> model_;
+  std::vector<scenes::Coordinate> coordinates_;
+  std::vector<OwnState> own_;
+  Eigen::Index n_;
+  Eigen::VectorXd y_;  // at the start
+  Variables list_;
+};
+
 }  // namespace
 
 std::unique_ptr<RunnableScene> chosen_scene(const Choice& choice) {
@@ -116,92 +242,14 @@ std::unique_ptr<RunnableScene> chosen_scene(const Choice& choice) {
 
 Variables variables_of(const Choice& choice) {
   const std::unique_ptr<RunnableScene> scene = chosen_scene(choice);
-  const std::shared_ptr<const Model> model = scene->model();
-  const auto coordinates = scene->coordinates();
-  const State<Dynamic> start = scene->start();
-  const Eigen::VectorXd y = model->packed(start);
-  const Eigen::Index n = model->dof();
-
-  Variables list;
-  list.size = model->size();
-  list.constrained = model->is_constrained();
-  list.start_time = start.t;
-  list.end_time = scene->t_end();
-  list.name = scene->name();
-  list.title = scene->title();
-  list.summary = scene->summary();
-  list.time_unit = scene->time_unit();
-  const std::string& s = list.time_unit;
-  const auto add = [&](Variable v) { return list.all.push_back(std::move(v)), list.all.size() - 1; };
-
-  add({.role = Role::time, .name = "time", .unit = s, .description = "time", .start = start.t});
-  for (const program::ParameterInfo& p : scene->parameters())
-    add({.role = p.whole ? Role::count : Role::parameter,
-         .name = p.name,
-         .unit = p.unit,
-         .description = p.meaning,
-         .start = p.value,
-         .range = p.range,
-         .of = p.name});
-  for (const program::EffectInfo& e : scene->effects()) {
-    const bool free = is_free_to_switch(*scene, e);
-    if (!free && !e.on) continue;
-    add({.role = Role::effect_value, .name = e.name, .unit = e.unit, .description = e.meaning, .start = e.value, .range = e.range, .of = e.name});
-    if (free) add({.role = Role::effect_on, .name = e.name + ".on", .description = "whether there is " + e.name, .start = e.on ? 1.0 : 0.0, .of = e.name});
-  }
-
-  const std::vector<OwnState> own = model->own_states();
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    const Eigen::Index place = 2 * n + static_cast<Eigen::Index>(i);
-    if (own[i].kind == OwnState::input)
-      list.inputs.push_back(add({.role = Role::input, .name = own[i].name, .description = "input", .start = y[place], .place = place}));
-  }
-
-  struct Continuous {
-    std::string name, unit, rate_unit;
-    Eigen::Index place;
-  };
-  std::vector<Continuous> states;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const scenes::Coordinate& c = coordinates[static_cast<std::size_t>(i)];
-    states.push_back({model->component_name(i), c.unit, per_time(c.unit, s, 1), i});
-  }
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const scenes::Coordinate& c = coordinates[static_cast<std::size_t>(i)];
-    states.push_back({model->component_name(n + i), per_time(c.unit, s, 1), per_time(c.unit, s, 2), n + i});
-  }
-  for (std::size_t i = 0; i < own.size(); ++i)
-    if (own[i].kind == OwnState::state) states.push_back({own[i].name, "", "", 2 * n + static_cast<Eigen::Index>(i)});
-  const std::vector<bool> follow = starts_that_follow(*scene, n);
-  for (const Continuous& x : states) {
-    const bool moved = x.place < 2 * n && (list.constrained || model->guard_count() > 0 || follow[static_cast<std::size_t>(x.place)]);
-    const std::string what = x.place < n ? "coordinate" : x.place < 2 * n ? "velocity" : "state of an effect";
-    list.states.push_back(
-        add({.role = Role::state, .name = x.name, .unit = x.unit, .description = what, .start = y[x.place], .place = x.place, .follows_others = moved}));
-  }
-  for (std::size_t i = 0; i < states.size(); ++i)
-    list.rates.push_back(add({.role = Role::rate,
-                              .name = "der(" + states[i].name + ")",
-                              .unit = states[i].rate_unit,
-                              .place = states[i].place,
-                              .state_reference = list.states[i]}));
-
-  Eigen::Index guard = 0;
-  for (std::size_t i = 0; i < own.size(); ++i) {
-    if (own[i].kind != OwnState::phase) continue;
-    const Eigen::Index place = 2 * n + static_cast<Eigen::Index>(i);
-    list.guards.push_back(add({.role = Role::guard,
-                               .name = own[i].name + ".guard",
-                               .description = "falls through zero where the phase of " + own[i].name + " ends",
-                               .place = guard++}));
-    add({.role = Role::phase,
-         .name = own[i].name + ".phase",
-         .description = "a contact: 1 closed, 0 apart; friction: 0 sticks, 1 or -1 slides",
-         .place = place});
-  }
-  const std::string energy = scene->energy_unit();
-  add({.role = Role::kinetic_energy, .name = "kinetic_energy", .unit = energy, .description = "T"});
-  add({.role = Role::potential_energy, .name = "potential_energy", .unit = energy, .description = "V"});
+  VariablesOfScene listed(*scene);
+  listed.add_parameters();
+  listed.add_effects();
+  listed.add_inputs();
+  listed.add_states_and_rates();
+  listed.add_phases();
+  listed.add_energies();
+  Variables list = std::move(listed).list();
   require_different_names(list.all);
   return list;
 }

@@ -180,18 +180,20 @@ class Status {
   bool shown_;
 };
 
-}  // namespace
-
-int accuracy(const AccuracyOptions& options) {
-  const std::unique_ptr<RunnableScene> scene = make_scene(options.scene);
+/// The motion that is asked for; sets parameters, effects and the way of evaluation in the scene.
+Request request_of(RunnableScene& scene, const AccuracyOptions& options) {
   Request request;
-  request.start = start_with(*scene, configured(*scene, options.set));
-  choose_effects(*scene, options);
-  choose_way(*scene, options);
-  request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene->t_end();
+  request.start = start_with(scene, configured(scene, options.set));
+  choose_effects(scene, options);
+  choose_way(scene, options);
+  request.t_end = options.t_end ? finite_number("--t-end", *options.t_end) : scene.t_end();
   if (!(request.t_end > request.start.t)) {
     throw UsageError("--t-end: must be after the start, t = " + report::exact_text(request.start.t) + ", given " + *options.t_end);
   }
+  return request;
+}
+
+StudyOptions limits_of(const AccuracyOptions& options) {
   StudyOptions limits;
   if (options.quick) {
     limits.tolerances = {1e-4, 1e-7, 1e-10, 1e-13};
@@ -199,47 +201,61 @@ int accuracy(const AccuracyOptions& options) {
     limits.longest_run = 0.2;
   }
   if (options.samples) limits.outputs = static_cast<int>(whole_number("--samples", *options.samples, 1, 100'000));
+  return limits;
+}
+
+/// Moves the start onto the constraints: every run is to begin where the reference begins.
+void project_start(const Model& model, State<Dynamic>& start) {
+  Eigen::VectorXd y = model.packed(start);
+  model.project(start.t, y);
+  start.q = y.head(model.dof());
+  start.qdot = y.segment(model.dof(), model.dof());
+}
+
+AccuracyStudy study_of(const Shared& model, const Request& request, const StudyOptions& limits, const AccuracyOptions& options) {
+  std::vector<Contender> contenders;
+  for (const std::string& method : chosen_methods(*model, request.start, options.methods)) contenders.push_back(contender(model, request, method));
+  const Status status(!options.quiet && !options.json);
+  status.show("computing the reference");
+  const EnergyFunctions energies{[&](double t, const Eigen::VectorXd& y) { return model->energies(t, y).jacobi; },
+                                 [&](double t, const Eigen::VectorXd& y) { return model->energies(t, y).kinetic; }};
+  const auto progress = [&](const std::string& method, double setting) { status.show(method + " at " + report::rounded_text(setting, 3)); };
+  return accuracy_study(reference_of(model, request, output_times(request.start.t, request.t_end, limits.outputs)), request.start.t, contenders, energies,
+                        limits, progress);
+}
+
+/// Writes the files of --out, and prints what was found.
+void write_study(const SceneStudy& found, const std::vector<std::string>& files, bool json) {
+  if (!files.empty()) report::write_files({{files[0], accuracy_csv(found)}, {files[1], accuracy_html(found)}, {files[2], accuracy_svg(found)}});
+  if (json) {
+    std::printf("%s\n", accuracy_json(found, files).c_str());
+  } else {
+    std::printf("%s", accuracy_text(found).c_str());
+    for (const std::string& file : files) std::printf("  wrote %s\n", file.c_str());
+  }
+}
+
+}  // namespace
+
+int accuracy(const AccuracyOptions& options) {
+  const std::unique_ptr<RunnableScene> scene = make_scene(options.scene);
+  Request request = request_of(*scene, options);
+  const StudyOptions limits = limits_of(options);
   request.samples = limits.outputs + 1;
   std::vector<std::string> files;
   if (options.out) {
     files = accuracy_paths(*options.out);
     require_files(*options.out, files);
   }
-
   Shared model;
   try {
     model = scene->model();
   } catch (const InvalidValue& error) {  // a parameter that an effect does not take
     throw UsageError(std::string("--set: ") + error.what());
   }
-  if (model->is_constrained()) {  // every run is to begin where the reference begins
-    Eigen::VectorXd y = model->packed(request.start);
-    model->project(request.start.t, y);
-    request.start.q = y.head(model->dof());
-    request.start.qdot = y.segment(model->dof(), model->dof());
-  }
-  std::vector<Contender> contenders;
-  for (const std::string& method : chosen_methods(*model, request.start, options.methods)) contenders.push_back(contender(model, request, method));
-
-  const Status status(!options.quiet && !options.json);
-  status.show("computing the reference");
-  const EnergyFunctions energies{[&](double t, const Eigen::VectorXd& y) { return model->energies(t, y).jacobi; },
-                                 [&](double t, const Eigen::VectorXd& y) { return model->energies(t, y).kinetic; }};
-  const auto progress = [&](const std::string& method, double setting) { status.show(method + " at " + report::rounded_text(setting, 3)); };
-  const SceneStudy found{*scene, request.start, request.t_end,
-                         accuracy_study(reference_of(model, request, output_times(request.start.t, request.t_end, limits.outputs)),
-                                        request.start.t, contenders, energies, limits, progress),
-                         machine()};
-  status.show("");
-  if (options.out) {
-    report::write_files({{files[0], accuracy_csv(found)}, {files[1], accuracy_html(found)}, {files[2], accuracy_svg(found)}});
-  }
-  if (options.json) {
-    std::printf("%s\n", accuracy_json(found, files).c_str());
-  } else {
-    std::printf("%s", accuracy_text(found).c_str());
-    for (const std::string& file : files) std::printf("  wrote %s\n", file.c_str());
-  }
+  if (model->is_constrained()) project_start(*model, request.start);
+  const SceneStudy found{*scene, request.start, request.t_end, study_of(model, request, limits, options), machine()};
+  write_study(found, files, options.json);
   const bool some = std::any_of(found.study.measurements.begin(), found.study.measurements.end(), [](const Measurement& m) { return m.completed(); });
   return some ? 0 : 1;
 }

@@ -188,6 +188,56 @@ std::string facts_html(const SceneStudy& of) {
   return html;
 }
 
+/// How the reference was made, how exact it is, and where it ends; n coordinates.
+Json reference_json(const ReferenceMotion& reference, Eigen::Index n) {
+  Json q = Json::array(), qdot = Json::array();
+  const auto last = static_cast<Eigen::Index>(reference.t.size()) - 1;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    q.push_back(static_cast<double>(reference.y(i, last)));
+    qdot.push_back(static_cast<double>(reference.y(i + n, last)));
+  }
+  return {{"made_by", reference.made_by},
+          {"uncertainty", reference.uncertainty},
+          {"gain", reference.gain},
+          {"rounding_floor", reference.rounding_floor()},
+          {"evaluations", reference.evaluations},
+          {"q", q},
+          {"qdot", qdot}};
+}
+
+Json measurement_json(const Measurement& m) {
+  return {{"method", m.method},
+          {m.fixed_step ? "step" : "tolerance", m.setting},
+          {"outcome", std::string(name(m.outcome))},
+          {"t", m.t},
+          {"end_error", m.end_error},
+          {"largest_error", m.largest_error},
+          {"energy_error", m.energy_error},
+          {"constraint_residual", m.constraint_residual},
+          {"steps", m.steps},
+          {"rejected", m.rejected},
+          {"evaluations", m.evaluations},
+          {"jacobians", m.jacobians},
+          {"cpu_median", m.cpu_median},
+          {"cpu_minimum", m.cpu_minimum},
+          {"runs", m.runs}};
+}
+
+/// The cheapest measurement below each power of ten.
+Json cheapest_json(const AccuracyStudy& study) {
+  Json array = Json::array();
+  int k = 0;
+  for (const Measurement* m : study.cheapest_by_decade()) {
+    array.push_back({{"error", std::pow(10.0, -++k)},
+                     {"method", m->method},
+                     {m->fixed_step ? "step" : "tolerance", m->setting},
+                     {"largest_error", m->largest_error},
+                     {"evaluations", m->evaluations},
+                     {"cpu_median", m->cpu_median}});
+  }
+  return array;
+}
+
 }  // namespace
 
 std::vector<std::string> accuracy_paths(const std::string& path) { return {path + ".csv", path + ".html", path + ".svg"}; }
@@ -238,7 +288,6 @@ std::string accuracy_text(const SceneStudy& of) {
 
 std::string accuracy_json(const SceneStudy& of, const std::vector<std::string>& files) {
   const AccuracyStudy& study = of.study;
-  const ReferenceMotion& reference = study.reference;
   Json json;
   json["scene"] = of.scene.name();
   json["parameters"] = Json::object();
@@ -248,51 +297,14 @@ std::string accuracy_json(const SceneStudy& of, const std::vector<std::string>& 
     if (e.on) json["effects"].push_back({{"name", e.name}, {"value", e.value}});
   json["t_start"] = of.start.t;
   json["t_end"] = of.t_end;
-  json["outputs"] = reference.t.size();
-  Json q = Json::array(), qdot = Json::array();
-  const auto last = static_cast<Eigen::Index>(reference.t.size()) - 1;
-  for (Eigen::Index i = 0; i < of.start.q.size(); ++i) {
-    q.push_back(static_cast<double>(reference.y(i, last)));
-    qdot.push_back(static_cast<double>(reference.y(i + of.start.q.size(), last)));
-  }
-  json["reference"] = {{"made_by", reference.made_by},
-                       {"uncertainty", reference.uncertainty},
-                       {"gain", reference.gain},
-                       {"rounding_floor", reference.rounding_floor()},
-                       {"evaluations", reference.evaluations},
-                       {"q", q},
-                       {"qdot", qdot}};
+  json["outputs"] = study.reference.t.size();
+  json["reference"] = reference_json(study.reference, of.start.q.size());
   json["visible_error"] = study.visible_error();
   json["energy_scale"] = study.energy_scale;
   json["energy_conserved"] = study.energy_conserved;
   json["measurements"] = Json::array();
-  for (const Measurement& m : study.measurements) {
-    json["measurements"].push_back({{"method", m.method},
-                                    {m.fixed_step ? "step" : "tolerance", m.setting},
-                                    {"outcome", std::string(name(m.outcome))},
-                                    {"t", m.t},
-                                    {"end_error", m.end_error},
-                                    {"largest_error", m.largest_error},
-                                    {"energy_error", m.energy_error},
-                                    {"constraint_residual", m.constraint_residual},
-                                    {"steps", m.steps},
-                                    {"rejected", m.rejected},
-                                    {"evaluations", m.evaluations},
-                                    {"jacobians", m.jacobians},
-                                    {"cpu_median", m.cpu_median},
-                                    {"cpu_minimum", m.cpu_minimum},
-                                    {"runs", m.runs}});
-  }
-  json["cheapest"] = Json::array();
-  int k = 0;
-  for (const Measurement* m : study.cheapest_by_decade()) {
-    json["cheapest"].push_back({{"error", std::pow(10.0, -++k)},
-                                {"method", m->method},
-                                {m->fixed_step ? "step" : "tolerance", m->setting},
-                                {"largest_error", m->largest_error},
-                                {"evaluations", m->evaluations},
-                                {"cpu_median", m->cpu_median}});
-  }
+  for (const Measurement& m : study.measurements) json["measurements"].push_back(measurement_json(m));
+  json["cheapest"] = cheapest_json(study);
   json["machine"] = of.machine;
   json["files"] = files;
   return json.dump(2);

@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <functional>
 #include <iostream>
+#include <memory>
 #include <new>
 #include <optional>
 #include <string>
@@ -66,195 +68,219 @@ void refuse_extras(const CLI::App* command) {
   throw unknown_name(name, "an option of qdot " + command->get_name(), name, valid);
 }
 
-int execute(int argc, char** argv, std::string& command_name, int (*bench)(const BenchOptions&)) {
-  CLI::App app("qdot: from kinetic and potential energy to motion", "qdot");
-  app.set_version_flag("--version", "qdot " QDOT_VERSION);
-  app.require_subcommand(1);
-  app.footer("Exit status: 0 completed, 1 the run failed, 2 bad arguments.");
+// The options of each command, in the order of its --help.
+void add_options(CLI::App* command, ListOptions& options) {
+  command->add_option_function<std::string>(
+      "SCENE", [&options](const std::string& text) { options.scene = text; }, "one of them, or a file of C++, with units and meanings; all of them without a name");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+}
 
-  ListOptions list_options;
-  CLI::App* list_command = app.add_subcommand("list", "scenes with their parameters, or one of them in detail");
-  list_command->add_option_function<std::string>(
-      "SCENE", [&](const std::string& text) { list_options.scene = text; }, "one of them, or a file of C++, with units and meanings; all of them without a name");
-  list_command->add_flag("--json", list_options.json, "one JSON object on stdout");
+void add_options(CLI::App* command, NewOptions& options) {
+  command->add_option("NAME", options.name, "of the scene; the file is NAME.cpp")->required();
+}
 
-  NewOptions new_options;
-  CLI::App* new_command = app.add_subcommand("new", "write a file with a scene of your own, to begin with");
-  new_command->add_option("NAME", new_options.name, "of the scene; the file is NAME.cpp")->required();
-
-  RunOptions run_options;
-  CLI::App* run_command = app.add_subcommand("run", "simulate a scene");
-  add_scene(run_command, run_options);
-  add_text(run_command, "--t-end", run_options.t_end, "time to end at", "T");
+void add_options(CLI::App* command, RunOptions& options) {
+  add_scene(command, options);
+  add_text(command, "--t-end", options.t_end, "time to end at", "T");
   add_text(
-      run_command, "--method", run_options.method,
+      command, "--method", options.method,
       "auto (default: chooses and says why), taylor, dop853, dopri5, adams, bdf (stiff), or symplectic with a fixed step: gauss2 … gauss8, verlet, yoshida_4, blanes_moan_6 …; all in qdot list",
       "NAME");
-  add_text(run_command, "--step", run_options.step, "step of a method with a fixed one (default: from --rtol, by a short pilot run)", "H");
-  add_text(run_command, "--rtol", run_options.rtol, "relative tolerance of the local error (default 1e-10)", "R");
-  add_text(run_command, "--atol", run_options.atol, "absolute tolerance of the local error (default 1e-10)", "A");
-  add_text(run_command, "--accuracy", run_options.accuracy, "error of the whole motion; chooses both tolerances", "E");
-  add_text(run_command, "--samples", run_options.samples, "rows of the table (default 500, or fewer for many coordinates)", "N");
+  add_text(command, "--step", options.step, "step of a method with a fixed one (default: from --rtol, by a short pilot run)", "H");
+  add_text(command, "--rtol", options.rtol, "relative tolerance of the local error (default 1e-10)", "R");
+  add_text(command, "--atol", options.atol, "absolute tolerance of the local error (default 1e-10)", "A");
+  add_text(command, "--accuracy", options.accuracy, "error of the whole motion; chooses both tolerances", "E");
+  add_text(command, "--samples", options.samples, "rows of the table (default 500, or fewer for many coordinates)", "N");
   add_repeatable(
-      run_command, "--compare", run_options.compare,
+      command, "--compare", options.compare,
       "one more run beside it, in the same plots and picture: NAME=VALUE,… of parameters, initial values, method, step, rtol, atol, accuracy; with EFFECT[=VALUE]; without EFFECT");
-  add_text(run_command, "--out", run_options.out, "write PATH.csv, PATH.npz, PATH.html and PATH.svg", "PATH");
-  run_command->add_flag("--forces", run_options.forces, "arrows of the constraints' and the effects' forces in the moving picture, with --out");
-  run_command->add_flag("--json", run_options.json, "one JSON object on stdout");
-  run_command->add_flag("--quiet", run_options.quiet, "no progress bar");
+  add_text(command, "--out", options.out, "write PATH.csv, PATH.npz, PATH.html and PATH.svg", "PATH");
+  command->add_flag("--forces", options.forces, "arrows of the constraints' and the effects' forces in the moving picture, with --out");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+  command->add_flag("--quiet", options.quiet, "no progress bar");
+}
 
-  AccuracyOptions accuracy_options;
-  CLI::App* accuracy_command = app.add_subcommand("accuracy", "what accuracy costs in time, with each method");
-  add_scene(accuracy_command, accuracy_options);
-  add_text(accuracy_command, "--t-end", accuracy_options.t_end, "time to end at", "T");
-  add_repeatable(accuracy_command, "--method", accuracy_options.methods, "a method to compare; all that fit without it");
-  add_text(accuracy_command, "--samples", accuracy_options.samples, "times at which errors are measured (default 32)", "N");
-  add_text(accuracy_command, "--out", accuracy_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
-  accuracy_command->add_flag("--quick", accuracy_options.quick, "fewer tolerances and shorter measurements");
-  accuracy_command->add_flag("--json", accuracy_options.json, "one JSON object on stdout");
-  accuracy_command->add_flag("--quiet", accuracy_options.quiet, "no progress line");
+void add_options(CLI::App* command, AccuracyOptions& options) {
+  add_scene(command, options);
+  add_text(command, "--t-end", options.t_end, "time to end at", "T");
+  add_repeatable(command, "--method", options.methods, "a method to compare; all that fit without it");
+  add_text(command, "--samples", options.samples, "times at which errors are measured (default 32)", "N");
+  add_text(command, "--out", options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
+  command->add_flag("--quick", options.quick, "fewer tolerances and shorter measurements");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+  command->add_flag("--quiet", options.quiet, "no progress line");
+}
 
-  EffectsOptions effects_options;
-  CLI::App* effects_command = app.add_subcommand("effects", "what each effect of a scene costs");
-  add_scene_name(effects_command, effects_options.scene);
-  add_repeatable(effects_command, "--set", effects_options.set, "parameter or state (theta or q0, thetadot or qdot0), NAME=VALUE");
-  effects_command->add_flag("--json", effects_options.json, "one JSON object on stdout");
+void add_options(CLI::App* command, EffectsOptions& options) {
+  add_scene_name(command, options.scene);
+  add_repeatable(command, "--set", options.set, "parameter or state (theta or q0, thetadot or qdot0), NAME=VALUE");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+}
 
-  EquationsOptions equations_options;
-  CLI::App* equations_command = app.add_subcommand("equations", "Lagrange's equations of a scene as formulas");
-  add_scene_name(equations_command, equations_options.scene);
-  add_repeatable(equations_command, "--set", equations_options.set, "parameter, NAME=VALUE; what a formula does not depend on does not show");
-  equations_command->add_flag("--latex", equations_options.latex, "for LaTeX, with amsmath");
-  equations_command->add_flag("--mathml", equations_options.mathml, "for a page");
-  add_text(equations_command, "--c", equations_options.c, "write q̈ and its Jacobian as a C99 file", "FILE");
+void add_options(CLI::App* command, EquationsOptions& options) {
+  add_scene_name(command, options.scene);
+  add_repeatable(command, "--set", options.set, "parameter, NAME=VALUE; what a formula does not depend on does not show");
+  command->add_flag("--latex", options.latex, "for LaTeX, with amsmath");
+  command->add_flag("--mathml", options.mathml, "for a page");
+  add_text(command, "--c", options.c, "write q̈ and its Jacobian as a C99 file", "FILE");
+}
 
-  ModesOptions modes_options;
-  EquilibriaOptions equilibria_options;
-  const auto add_small_motions = [&](const char* name, const char* what, ModesOptions& options) {
-    CLI::App* command = app.add_subcommand(name, what);
-    add_scene(command, options);
-    command->add_flag("--steady", options.steady, "coordinates turn at the velocities of the start, which nothing may depend on");
-    add_text(command, "--out", options.out, "write PATH.csv and PATH.html", "PATH");
-    command->add_flag("--json", options.json, "one JSON object on stdout");
-    return command;
-  };
-  CLI::App* modes_command = add_small_motions("modes", "the equilibrium near the start, its stability, frequencies and damping", modes_options);
-  CLI::App* equilibria_command = add_small_motions("equilibria", "the equilibria of a scene and their stability", equilibria_options);
-  add_text(equilibria_command, "--along", equilibria_options.along,
+void add_options(CLI::App* command, ModesOptions& options) {
+  add_scene(command, options);
+  command->add_flag("--steady", options.steady, "coordinates turn at the velocities of the start, which nothing may depend on");
+  add_text(command, "--out", options.out, "write PATH.csv and PATH.html", "PATH");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+}
+
+void add_options(CLI::App* command, EquilibriaOptions& options) {
+  add_options(command, static_cast<ModesOptions&>(options));
+  add_text(command, "--along", options.along,
            "follow the one near the start along a parameter, or an effect that is on, with what branches off: NAME=FROM:TO; --out then writes PATH.svg, too", "NAME=FROM:TO");
-  add_text(equilibria_command, "--show", equilibria_options.show, "with --along: which coordinates are drawn, the first of them in PATH.svg", "NAME,…");
+  add_text(command, "--show", options.show, "with --along: which coordinates are drawn, the first of them in PATH.svg", "NAME,…");
+}
 
-  ConservedOptions conserved_options;
-  CLI::App* conserved_command = app.add_subcommand("conserved", "which momenta and energies a scene conserves, and why");
-  add_scene(conserved_command, conserved_options);
-  conserved_command->add_flag("--json", conserved_options.json, "one JSON object on stdout");
+void add_options(CLI::App* command, ConservedOptions& options) {
+  add_scene(command, options);
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+}
 
-  LyapunovCommandOptions lyapunov_options;
-  CLI::App* lyapunov_command = app.add_subcommand("lyapunov", "how fast motions part that begin close to the start");
-  add_scene(lyapunov_command, lyapunov_options);
-  add_text(lyapunov_command, "--t-end", lyapunov_options.t_end, "time to end at (default: fifty times that of run)", "T");
-  add_text(lyapunov_command, "--interval", lyapunov_options.interval, "time between orthonormalizations", "T");
-  add_text(lyapunov_command, "--settle", lyapunov_options.settle, "time that is not counted (default: a tenth)", "T");
-  add_text(lyapunov_command, "--rtol", lyapunov_options.rtol, "tolerance of the local error, relative and absolute (default 1e-9)", "R");
-  add_text(lyapunov_command, "--out", lyapunov_options.out, "write PATH.csv and PATH.html", "PATH");
-  lyapunov_command->add_flag("--json", lyapunov_options.json, "one JSON object on stdout");
-  lyapunov_command->add_flag("--quiet", lyapunov_options.quiet, "no progress bar");
+void add_options(CLI::App* command, LyapunovCommandOptions& options) {
+  add_scene(command, options);
+  add_text(command, "--t-end", options.t_end, "time to end at (default: fifty times that of run)", "T");
+  add_text(command, "--interval", options.interval, "time between orthonormalizations", "T");
+  add_text(command, "--settle", options.settle, "time that is not counted (default: a tenth)", "T");
+  add_text(command, "--rtol", options.rtol, "tolerance of the local error, relative and absolute (default 1e-9)", "R");
+  add_text(command, "--out", options.out, "write PATH.csv and PATH.html", "PATH");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+  command->add_flag("--quiet", options.quiet, "no progress bar");
+}
 
-  SectionCommandOptions section_options;
-  CLI::App* section_command = app.add_subcommand("section", "where motions pass a plane, as points (Poincaré)");
-  add_scene(section_command, section_options);
-  add_text(section_command, "--plane", section_options.plane, "the surface: a coordinate or velocity has a value, NAME=VALUE", "NAME=VALUE");
-  add_text(section_command, "--every", section_options.every, "in place of a plane: once in each period T", "T");
-  add_text(section_command, "--direction", section_options.direction, "in which the plane is passed: rising (default), falling, either", "D");
-  add_repeatable(section_command, "--angle", section_options.angles,
+void add_options(CLI::App* command, SectionCommandOptions& options) {
+  add_scene(command, options);
+  add_text(command, "--plane", options.plane, "the surface: a coordinate or velocity has a value, NAME=VALUE", "NAME=VALUE");
+  add_text(command, "--every", options.every, "in place of a plane: once in each period T", "T");
+  add_text(command, "--direction", options.direction, "in which the plane is passed: rising (default), falling, either", "D");
+  add_repeatable(command, "--angle", options.angles,
                  "a coordinate that is an angle: its plane is passed in each turn, and its values are from -pi to pi");
-  add_text(section_command, "--count", section_options.count, "points of each motion (default 200)", "N");
-  add_repeatable(section_command, "--over", section_options.over, "several starts: a coordinate or velocity goes through values, NAME=A:B:COUNT or NAME=A,B");
-  add_text(section_command, "--keep-energy", section_options.keep_energy,
+  add_text(command, "--count", options.count, "points of each motion (default 200)", "N");
+  add_repeatable(command, "--over", options.over, "several starts: a coordinate or velocity goes through values, NAME=A:B:COUNT or NAME=A,B");
+  add_text(command, "--keep-energy", options.keep_energy,
            "the velocity that is chosen such that all starts have the energy of the first", "NAME");
-  add_text(section_command, "--show", section_options.show, "which two of coordinates and velocities are drawn, NAME,NAME", "X,Y");
-  add_text(section_command, "--t-end", section_options.t_end, "time to end at, whether there are N points or not (default: N times that of run)", "T");
-  add_text(section_command, "--rtol", section_options.rtol, "tolerance of the local error, relative and absolute (default 1e-10)", "R");
-  add_text(section_command, "--out", section_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
-  section_command->add_flag("--json", section_options.json, "one JSON object on stdout");
-  section_command->add_flag("--quiet", section_options.quiet, "no progress bar");
+  add_text(command, "--show", options.show, "which two of coordinates and velocities are drawn, NAME,NAME", "X,Y");
+  add_text(command, "--t-end", options.t_end, "time to end at, whether there are N points or not (default: N times that of run)", "T");
+  add_text(command, "--rtol", options.rtol, "tolerance of the local error, relative and absolute (default 1e-10)", "R");
+  add_text(command, "--out", options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+  command->add_flag("--quiet", options.quiet, "no progress bar");
+}
 
-  OrbitCommandOptions orbit_options;
-  CLI::App* orbit_command = app.add_subcommand("orbit", "the periodic orbit near the start, its stability, and its family");
-  add_scene(orbit_command, orbit_options);
-  add_text(orbit_command, "--period", orbit_options.period,
+void add_options(CLI::App* command, OrbitCommandOptions& options) {
+  add_scene(command, options);
+  add_text(command, "--period", options.period,
            "what the period is: of a drive, or a multiple; or that of one of the orbits where energy is conserved", "T");
-  add_text(orbit_command, "--period-guess", orbit_options.period_guess, "where to begin (default: when the motion is nearest to its start again)", "T");
-  add_text(orbit_command, "--hold", orbit_options.hold,
+  add_text(command, "--period-guess", options.period_guess, "where to begin (default: when the motion is nearest to its start again)", "T");
+  add_text(command, "--hold", options.hold,
            "which orbit of a family is meant: energy (default, where it is conserved) of the start, energy=E, NAME of a coordinate, or nothing (default elsewhere)", "WHAT");
-  add_text(orbit_command, "--settle", orbit_options.settle, "let the motion go on for so long, and begin there", "T");
-  add_text(orbit_command, "--along", orbit_options.along,
+  add_text(command, "--settle", options.settle, "let the motion go on for so long, and begin there", "T");
+  add_text(command, "--along", options.along,
            "follow the family: energy=FROM:TO, period=FROM:TO, or a parameter or an effect that is on; without FROM from what it is",
            "NAME=FROM:TO");
-  add_text(orbit_command, "--show", orbit_options.show, "which two of coordinates and velocities are drawn, NAME,NAME", "X,Y");
-  add_text(orbit_command, "--out", orbit_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
-  orbit_command->add_flag("--json", orbit_options.json, "one JSON object on stdout");
+  add_text(command, "--show", options.show, "which two of coordinates and velocities are drawn, NAME,NAME", "X,Y");
+  add_text(command, "--out", options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+}
 
-  SensitivityCommandOptions sensitivity_options;
-  CLI::App* sensitivity_command = app.add_subcommand("sensitivity", "what a motion depends on: derivatives by its start and by parameters");
-  add_scene(sensitivity_command, sensitivity_options);
-  add_text(sensitivity_command, "--of", sensitivity_options.of, "which coordinates and velocities (default: all)", "NAME,…");
-  add_text(sensitivity_command, "--to", sensitivity_options.to,
+void add_options(CLI::App* command, SensitivityCommandOptions& options) {
+  add_scene(command, options);
+  add_text(command, "--of", options.of, "which coordinates and velocities (default: all)", "NAME,…");
+  add_text(command, "--to", options.to,
            "which parameters, effects that are on, and coordinates and velocities of the start (default: all)", "NAME,…");
-  add_text(sensitivity_command, "--t-end", sensitivity_options.t_end, "time to end at", "T");
-  add_text(sensitivity_command, "--method", sensitivity_options.method,
+  add_text(command, "--t-end", options.t_end, "time to end at", "T");
+  add_text(command, "--method", options.method,
            "dop853 (default), dopri5, adams, bdf, and without contacts and dry friction taylor and gauss2 … gauss8", "NAME");
-  add_text(sensitivity_command, "--step", sensitivity_options.step, "step of gauss2 … gauss8 (default: by --rtol and a pilot run)", "H");
-  add_text(sensitivity_command, "--rtol", sensitivity_options.rtol, "tolerance of the local error, relative and absolute (default 1e-11)", "R");
-  add_text(sensitivity_command, "--samples", sensitivity_options.samples, "rows of the table of the whole motion (default 400)", "N");
-  add_text(sensitivity_command, "--out", sensitivity_options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
-  sensitivity_command->add_flag("--json", sensitivity_options.json, "one JSON object on stdout");
+  add_text(command, "--step", options.step, "step of gauss2 … gauss8 (default: by --rtol and a pilot run)", "H");
+  add_text(command, "--rtol", options.rtol, "tolerance of the local error, relative and absolute (default 1e-11)", "R");
+  add_text(command, "--samples", options.samples, "rows of the table of the whole motion (default 400)", "N");
+  add_text(command, "--out", options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+}
 
-  SweepOptions sweep_options;
-  CLI::App* sweep_command = app.add_subcommand("sweep", "many motions of a scene: over a grid of parameters and starts, or a random sample");
-  add_scene(sweep_command, sweep_options);
-  add_repeatable(sweep_command, "--over", sweep_options.over,
+void add_options(CLI::App* command, SweepOptions& options) {
+  add_scene(command, options);
+  add_repeatable(command, "--over", options.over,
                  "what varies: NAME=FROM:TO:COUNT[:log], NAME=A,B,C, or with --random NAME~uniform(A,B), NAME~normal(MEAN,SIGMA); NAME is a parameter, an effect, a coordinate or a velocity");
-  add_repeatable(sweep_command, "--record", sweep_options.record,
+  add_repeatable(command, "--record", options.record,
                  "what to keep: NAME at the end, max(NAME), min(NAME), t(NAME=VALUE) and t(|NAME|=VALUE) when first passed, t(event EVENT), energy, energy_drift_max, lyapunov (the greatest exponent), alignment (of two deviations, GALI: below 1e-8 in chaos), steps, t (default: all coordinates at the end)");
-  add_text(sweep_command, "--random", sweep_options.random, "a sample of so many motions in place of a grid", "N");
-  add_text(sweep_command, "--seed", sweep_options.seed, "of the sample (default 1)", "S");
-  add_text(sweep_command, "--threads", sweep_options.threads, "default: one for each core, and one with --processes or --shard; the results are the same", "N");
-  add_text(sweep_command, "--processes", sweep_options.processes, "so many worker processes; implies --resume", "N");
-  add_text(sweep_command, "--shard", sweep_options.shard,
+  add_text(command, "--random", options.random, "a sample of so many motions in place of a grid", "N");
+  add_text(command, "--seed", options.seed, "of the sample (default 1)", "S");
+  add_text(command, "--threads", options.threads, "default: one for each core, and one with --processes or --shard; the results are the same", "N");
+  add_text(command, "--processes", options.processes, "so many worker processes; implies --resume", "N");
+  add_text(command, "--shard", options.shard,
            "K/N: only the K-th of N shares; auto: one of several processes that MPI or Slurm has started; implies --resume", "K/N");
-  add_text(sweep_command, "--t-end", sweep_options.t_end, "time to end at", "T");
-  add_text(sweep_command, "--method", sweep_options.method, "as for run (default auto)", "NAME");
-  add_text(sweep_command, "--rtol", sweep_options.rtol, "relative tolerance of the local error (default 1e-8)", "R");
-  add_text(sweep_command, "--atol", sweep_options.atol, "absolute tolerance of the local error (default that of --rtol)", "A");
-  add_text(sweep_command, "--out", sweep_options.out, "write PATH.csv, PATH.npz and PATH.html", "PATH");
-  sweep_command->add_flag("--resume", sweep_options.resume,
-                          "record each motion in the directory PATH.sweep, and go on with what is there; to be given from the beginning");
-  sweep_command->add_flag("--json", sweep_options.json, "one JSON object on stdout");
-  sweep_command->add_flag("--quiet", sweep_options.quiet, "no progress bar");
+  add_text(command, "--t-end", options.t_end, "time to end at", "T");
+  add_text(command, "--method", options.method, "as for run (default auto)", "NAME");
+  add_text(command, "--rtol", options.rtol, "relative tolerance of the local error (default 1e-8)", "R");
+  add_text(command, "--atol", options.atol, "absolute tolerance of the local error (default that of --rtol)", "A");
+  add_text(command, "--out", options.out, "write PATH.csv, PATH.npz and PATH.html", "PATH");
+  command->add_flag("--resume", options.resume,
+                    "record each motion in the directory PATH.sweep, and go on with what is there; to be given from the beginning");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+  command->add_flag("--quiet", options.quiet, "no progress bar");
+}
 
-  BenchOptions bench_options;
-  CLI::App* bench_command = nullptr;
-  if (bench != nullptr) {
-    bench_command = app.add_subcommand("bench", "the project's own benchmarks");
-    bench_command->add_option_function<std::string>(
-        "NAME", [&](const std::string& text) { bench_options.name = text; }, "all of them without a name");
-    bench_command->add_flag("--json", bench_options.json, "one JSON object on stdout");
-    add_text(bench_command, "--page", bench_options.page, "write the benchmark's page of the documentation (hard)", "FILE");
-  }
+void add_options(CLI::App* command, BenchOptions& options) {
+  command->add_option_function<std::string>("NAME", [&options](const std::string& text) { options.name = text; }, "all of them without a name");
+  command->add_flag("--json", options.json, "one JSON object on stdout");
+  add_text(command, "--page", options.page, "write the benchmark's page of the documentation (hard)", "FILE");
+}
 
-  std::vector<std::string> names;
-  for (CLI::App* command : app.get_subcommands({})) {
-    names.push_back(command->get_name());
-    command->allow_extras();
-  }
-  if (argc > 1 && argv[1][0] != '-') {
-    command_name = argv[1];
-    if (std::find(names.begin(), names.end(), command_name) == names.end()) {
-      command_name.clear();
-      throw unknown_name("command", "a command", argv[1], names);
-    }
-  }
+/// A command as CLI11 knows it, and what runs it with the options that were read.
+struct Command {
+  CLI::App* app;
+  std::function<int()> run;
+};
+
+template <class Options>
+Command added_command(CLI::App& app, const char* name, const char* what, int (*run)(const Options&)) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(name, what);
+  command->allow_extras();  // for refuse_extras()
+  add_options(command, *options);
+  return {command, [run, options] { return run(*options); }};
+}
+
+/// All commands, in the order of `qdot --help`; `bench` only where there is a function for it.
+std::vector<Command> added_commands(CLI::App& app, int (*bench)(const BenchOptions&)) {
+  std::vector<Command> commands = {
+      added_command(app, "list", "scenes with their parameters, or one of them in detail", list),
+      added_command(app, "new", "write a file with a scene of your own, to begin with", new_scene),
+      added_command(app, "run", "simulate a scene", run),
+      added_command(app, "accuracy", "what accuracy costs in time, with each method", accuracy),
+      added_command(app, "effects", "what each effect of a scene costs", effects),
+      added_command(app, "equations", "Lagrange's equations of a scene as formulas", equations),
+      added_command(app, "modes", "the equilibrium near the start, its stability, frequencies and damping", modes),
+      added_command(app, "equilibria", "the equilibria of a scene and their stability", equilibria),
+      added_command(app, "conserved", "which momenta and energies a scene conserves, and why", conserved),
+      added_command(app, "lyapunov", "how fast motions part that begin close to the start", lyapunov),
+      added_command(app, "section", "where motions pass a plane, as points (Poincaré)", section),
+      added_command(app, "orbit", "the periodic orbit near the start, its stability, and its family", orbit),
+      added_command(app, "sensitivity", "what a motion depends on: derivatives by its start and by parameters", sensitivity),
+      added_command(app, "sweep", "many motions of a scene: over a grid of parameters and starts, or a random sample", sweep)};
+  if (bench != nullptr) commands.push_back(added_command(app, "bench", "the project's own benchmarks", bench));
+  return commands;
+}
+
+/// The command that was typed; "" where the first argument is an option, or there is none.
+///
+/// @throws UsageError  where there is no such command
+std::string typed_command(int argc, char** argv, const std::vector<std::string>& names) {
+  if (argc <= 1 || argv[1][0] == '-') return {};
+  if (std::find(names.begin(), names.end(), argv[1]) == names.end()) throw unknown_name("command", "a command", argv[1], names);
+  return argv[1];
+}
+
+/// Reads the arguments into the options of the command; the exit status where nothing is left to run, after --help and --version.
+std::optional<int> read_arguments(CLI::App& app, int argc, char** argv, const std::vector<std::string>& names) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {  // --help, --version
@@ -268,22 +294,22 @@ int execute(int argc, char** argv, std::string& command_name, int (*bench)(const
     throw UsageError(argc > 1 ? error.what() : "command: must be one of " + all + "; see qdot --help");
   }
   refuse_extras(app.get_subcommands().front());
+  return std::nullopt;
+}
 
-  if (list_command->parsed()) return list(list_options);
-  if (run_command->parsed()) return run(run_options);
-  if (accuracy_command->parsed()) return accuracy(accuracy_options);
-  if (effects_command->parsed()) return effects(effects_options);
-  if (equations_command->parsed()) return equations(equations_options);
-  if (modes_command->parsed()) return modes(modes_options);
-  if (equilibria_command->parsed()) return equilibria(equilibria_options);
-  if (conserved_command->parsed()) return conserved(conserved_options);
-  if (lyapunov_command->parsed()) return lyapunov(lyapunov_options);
-  if (section_command->parsed()) return section(section_options);
-  if (orbit_command->parsed()) return orbit(orbit_options);
-  if (sensitivity_command->parsed()) return sensitivity(sensitivity_options);
-  if (new_command->parsed()) return new_scene(new_options);
-  if (sweep_command->parsed()) return sweep(sweep_options);
-  return bench(bench_options);
+int execute(int argc, char** argv, std::string& command_name, int (*bench)(const BenchOptions&)) {
+  CLI::App app("qdot: from kinetic and potential energy to motion", "qdot");
+  app.set_version_flag("--version", "qdot " QDOT_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit status: 0 completed, 1 the run failed, 2 bad arguments.");
+  const std::vector<Command> commands = added_commands(app, bench);
+
+  std::vector<std::string> names;
+  for (const Command& command : commands) names.push_back(command.app->get_name());
+  command_name = typed_command(argc, argv, names);
+  if (const std::optional<int> status = read_arguments(app, argc, argv, names)) return *status;
+  const auto is_parsed = [](const Command& command) { return command.app->parsed(); };
+  return std::find_if(commands.begin(), commands.end(), is_parsed)->run();
 }
 
 }  // namespace

@@ -33,22 +33,32 @@ Json parameter_values(const RunnableScene& scene) {
   return object;
 }
 
-std::string range_text(const ParameterInfo& p) { return p.whole ? "whole number " + p.range.text() : p.range.text(); }
+Json effects_that_are_on(const RunnableScene& scene) {
+  Json array = Json::array();
+  for (const EffectInfo& effect : scene.effects()) {
+    if (effect.on) array.push_back({{"name", effect.name}, {"value", effect.value}});
+  }
+  return array;
+}
 
-}  // namespace
+Json coordinate_names(const RunnableScene& scene) {
+  Json array = Json::array();
+  for (const auto& c : scene.coordinates()) array.push_back(c.name);
+  return array;
+}
 
-std::string run_json(const RunnableScene& scene, const Request& request, const Result& result,
-                     const std::vector<std::string>& files) {
-  const Eigen::Index n = request.start.q.size();
-  Json coordinates = Json::array();
-  for (const auto& c : scene.coordinates()) coordinates.push_back(c.name);
+Json json_of(const std::vector<Reaction>& reactions) {
+  Json array = Json::array();
+  for (const Reaction& r : reactions) array.push_back({{"name", r.name}, {"lambda", r.lambda}});
+  return array;
+}
+
+/// The scene and how it is to be simulated, with what the run chose where that was left to it.
+Json asked_json(const RunnableScene& scene, const Request& request, const Result& result) {
   Json json;
   json["scene"] = scene.name();
   json["parameters"] = parameter_values(scene);
-  json["effects"] = Json::array();
-  for (const EffectInfo& effect : scene.effects()) {
-    if (effect.on) json["effects"].push_back({{"name", effect.name}, {"value", effect.value}});
-  }
+  json["effects"] = effects_that_are_on(scene);
   json["method"] = request.method;
   json["method_chosen"] = result.statistics.method;
   json["method_reason"] = nullptr;
@@ -58,9 +68,15 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   if (result.step) json["step"] = *result.step;
   json["rtol"] = request.rtol;
   json["atol"] = request.atol;
+  return json;
+}
+
+/// How the run ended, and both ends of the motion.
+void add_motion(Json& json, const RunnableScene& scene, const Request& request, const Result& result) {
+  const Eigen::Index n = request.start.q.size();
   json["outcome"] = std::string(name(result.outcome));
   json["message"] = result.message;
-  json["coordinates"] = coordinates;
+  json["coordinates"] = coordinate_names(scene);
   json["t_start"] = request.start.t;
   json["t_end"] = request.t_end;
   json["q_initial"] = numbers(request.start.q);
@@ -68,6 +84,9 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   json["t"] = result.end.t;
   json["q"] = numbers(result.end.y.head(n));
   json["qdot"] = numbers(result.end.y.segment(n, n));
+}
+
+void add_energies(Json& json, const Result& result) {
   json["energy_initial"] = result.energy.initial;
   json["energy_final"] = result.energy.final;
   json["energy_drift_max"] = result.energy.largest;
@@ -77,39 +96,59 @@ std::string run_json(const RunnableScene& scene, const Request& request, const R
   json["energy_work"] = result.balance.work;
   json["energy_impacts"] = result.balance.impacts;
   json["energy_balance_max"] = result.balance.residual;
+}
+
+/// How well constraints are kept, how far they moved the start, and their reactions; null and no more where there are none.
+void add_constraints(Json& json, const Result& result) {
   json["constraint_residual_max"] = nullptr;
   json["constraint_velocity_max"] = nullptr;
-  if (result.start_moved) {
-    json["constraint_residual_max"] = result.statistics.constraint_residual;
-    json["constraint_velocity_max"] = result.statistics.constraint_velocity;
-    json["start_moved"] = {{"q", result.start_moved->moved_q}, {"qdot", result.start_moved->moved_qdot}};
-    Json reactions = Json::array();
-    for (const Reaction& r : result.reactions) reactions.push_back({{"name", r.name}, {"lambda", r.lambda}});
-    json["reactions"] = reactions;
-  }
-  json["mass_rcond_min"] = result.statistics.mass_rcond;
-  json["steps"] = result.statistics.steps;
-  json["rejected"] = result.statistics.rejected();
-  json["evaluations"] = result.statistics.evaluations;
-  json["jacobians"] = result.statistics.jacobians;
-  json["wall_seconds"] = result.statistics.wall_seconds;
+  if (!result.start_moved) return;
+  json["constraint_residual_max"] = result.statistics.constraint_residual;
+  json["constraint_velocity_max"] = result.statistics.constraint_velocity;
+  json["start_moved"] = {{"q", result.start_moved->moved_q}, {"qdot", result.start_moved->moved_qdot}};
+  json["reactions"] = json_of(result.reactions);
+}
+
+void add_cost(Json& json, const Statistics& statistics) {
+  json["mass_rcond_min"] = statistics.mass_rcond;
+  json["steps"] = statistics.steps;
+  json["rejected"] = statistics.rejected();
+  json["evaluations"] = statistics.evaluations;
+  json["jacobians"] = statistics.jacobians;
+  json["wall_seconds"] = statistics.wall_seconds;
+}
+
+/// What the search for an accuracy of the whole motion found; null where none was asked for.
+void add_accuracy(Json& json, const std::optional<AccuracyReport>& report) {
   json["accuracy"] = nullptr;
   json["error_estimate"] = nullptr;
-  if (result.accuracy) {
-    const AccuracyReport& accuracy = *result.accuracy;
-    json["accuracy"] = accuracy.accuracy;
-    json["error_estimate"] = accuracy.error_estimate;  // null where nothing could be compared
-    json["event_time_error"] = accuracy.event_time_error;
-    json["accuracy_runs"] = accuracy.trials.size();
-    json["accuracy_seconds"] = accuracy.seconds;
-    Json forecast = Json::array();
-    for (const AccuracyForecast& f : accuracy.forecast) {
-      Json entry = {{"accuracy", f.accuracy}, {"seconds", f.seconds}, {"factor", f.factor}};
-      if (!f.reachable) entry["seconds"] = entry["factor"] = nullptr;
-      if (f.accuracy > 0) forecast.push_back(entry);
-    }
-    json["forecast"] = forecast;
+  if (!report) return;
+  json["accuracy"] = report->accuracy;
+  json["error_estimate"] = report->error_estimate;  // null where nothing could be compared
+  json["event_time_error"] = report->event_time_error;
+  json["accuracy_runs"] = report->trials.size();
+  json["accuracy_seconds"] = report->seconds;
+  Json forecast = Json::array();
+  for (const AccuracyForecast& f : report->forecast) {
+    Json entry = {{"accuracy", f.accuracy}, {"seconds", f.seconds}, {"factor", f.factor}};
+    if (!f.reachable) entry["seconds"] = entry["factor"] = nullptr;
+    if (f.accuracy > 0) forecast.push_back(entry);
   }
+  json["forecast"] = forecast;
+}
+
+std::string range_text(const ParameterInfo& p) { return p.whole ? "whole number " + p.range.text() : p.range.text(); }
+
+}  // namespace
+
+std::string run_json(const RunnableScene& scene, const Request& request, const Result& result,
+                     const std::vector<std::string>& files) {
+  Json json = asked_json(scene, request, result);
+  add_motion(json, scene, request, result);
+  add_energies(json, result);
+  add_constraints(json, result);
+  add_cost(json, result.statistics);
+  add_accuracy(json, result.accuracy);
   Json events = Json::array();
   for (const RecordedEvent& e : result.events) events.push_back({{"t", e.t}, {"name", e.name}});
   json["events"] = events;
@@ -138,18 +177,14 @@ std::string steady_states_json(const RunnableScene& scene, const std::vector<Ste
     }
     json["A"] = Json::array();
     for (Eigen::Index i = 0; i < point.linear.A.rows(); ++i) json["A"].push_back(numbers(point.linear.A.row(i).transpose()));
-    json["reactions"] = Json::array();
-    for (const Reaction& r : point.reactions) json["reactions"].push_back({{"name", r.name}, {"lambda", r.lambda}});
+    json["reactions"] = json_of(point.reactions);
     all.push_back(json);
   }
   Json json;
   json["scene"] = scene.name();
   json["parameters"] = parameter_values(scene);
-  json["effects"] = Json::array();
-  for (const EffectInfo& effect : scene.effects())
-    if (effect.on) json["effects"].push_back({{"name", effect.name}, {"value", effect.value}});
-  json["coordinates"] = Json::array();
-  for (const auto& c : scene.coordinates()) json["coordinates"].push_back(c.name);
+  json["effects"] = effects_that_are_on(scene);
+  json["coordinates"] = coordinate_names(scene);
   if (list == SteadyList::the_only_one) {
     json.update(all.front());
   } else {
@@ -164,8 +199,7 @@ std::string branches_json(const RunnableScene& scene, const std::string& name, d
   json["scene"] = scene.name();
   json["parameters"] = parameter_values(scene);
   json["along"] = {{"name", name}, {"from", from}, {"to", to}};
-  json["coordinates"] = Json::array();
-  for (const auto& c : scene.coordinates()) json["coordinates"].push_back(c.name);
+  json["coordinates"] = coordinate_names(scene);
   json["branches"] = Json::array();
   for (const PointsOfBranch& branch : branches) {
     Json points = Json::array();

@@ -116,76 +116,114 @@ Eigen::VectorXd guess_of(const OrbitRequest& request, const Eigen::VectorXd& x, 
   return X;
 }
 
-}  // namespace
-
-FirstReturn first_return(const ChosenScene& chosen, const Model& model, std::optional<double> period) {
-  constexpr int samples = 4000;
-  constexpr double near = 0.05, usual_windows = 4.0;
-  const State<Dynamic>& start = chosen.start;
+/// Whether q̇ or q̈ differs at another time of the window; also beside the start, because a drive may vanish where the motion begins.
+///
+/// @throws Error  where the start has no derivative
+bool is_driven(const Model& model, double t, const Eigen::VectorXd& y0, double window) {
   const Eigen::Index n = model.dof();
-  const double usual = std::abs(chosen.scene->t_end() - start.t), window = period ? *period : usual_windows * usual;
-  const std::shared_ptr<const Model> borrowed(std::shared_ptr<const Model>(), &model);
-  FirstReturn found{.period = window, .advance = Eigen::VectorXd::Zero(n)};
-
-  const Eigen::VectorXd y0 = settled(model, start.t, model.packed(start));
   Eigen::VectorXd f(y0.size()), later(y0.size());
   Eigen::VectorXd sizes = y0.cwiseAbs();
   detail::lend_sizes(sizes, n, 0.0);
   for (double& size : sizes) size = detail::reach_of(size);
-  for (const double beside : {0.0, 0.1}) {  // a drive may vanish where the motion begins
+  bool driven = false;
+  for (const double beside : {0.0, 0.1}) {
     Eigen::VectorXd y = y0;
     for (Eigen::Index i = 0; i < 2 * n; ++i) y[i] += beside * (1.0 + 0.3 * static_cast<double>(i % 3)) * sizes[i];
     try {
-      model.derivative(start.t, y, f);
+      model.derivative(t, y, f);
       for (const double part : {0.31, 0.77}) {
-        model.derivative(start.t + part * window, y, later);
-        found.driven = found.driven || (later - f).head(2 * n).cwiseAbs().maxCoeff() > 1e-9 * f.cwiseAbs().maxCoeff();
+        model.derivative(t + part * window, y, later);
+        driven = driven || (later - f).head(2 * n).cwiseAbs().maxCoeff() > 1e-9 * f.cwiseAbs().maxCoeff();
       }
     } catch (const Error&) {
       if (beside == 0.0) throw;
     }
   }
+  return driven;
+}
 
-  Options options{.rtol = 1e-9, .atol = AbsoluteTolerance::at_most(1e-9)};
-  const VariedMotion motion = plain_motion(borrowed, start.t, x_of(start), window, samples, options);
-  if (motion.samples.size() < 3) return found;
-  const auto coordinates = chosen.scene->coordinates();
-  const auto turns = [&](const Eigen::VectorXd& y, Eigen::Index i) {
-    constexpr double turn = 2.0 * std::numbers::pi;
-    return coordinates[static_cast<std::size_t>(i)].unit == "rad" ? turn * std::round((y[i] - y0[i]) / turn) : 0.0;
-  };
-  const double h = model.energies(start.t, y0).jacobi;
+/// Whether Jacobi's energy keeps the value h on the motion, as far as energies are large.
+bool keeps_energy(const Model& model, const VariedMotion& motion, double h) {
   double drift = 0.0, scale = 0.0;
-  Eigen::VectorXd extent = Eigen::VectorXd::Zero(2 * n);
   for (std::size_t k = 0; k < motion.samples.size(); ++k) {
     const Energies energies = model.energies(motion.times[k], motion.samples[k]);
     drift = std::max(drift, std::abs(energies.jacobi - h));
     scale = std::max({scale, std::abs(energies.kinetic), std::abs(energies.potential)});
-    for (Eigen::Index i = 0; i < 2 * n; ++i)
-      extent[i] = std::max(extent[i], std::abs(motion.samples[k][i] - y0[i] - (i < n ? turns(motion.samples[k], i) : 0.0)));
   }
-  found.conserves_energy = drift <= 1e-6 * scale;
-  std::size_t best = motion.samples.size() - 1;
-  if (!period) {
+  return drift <= 1e-6 * scale;
+}
+
+/// How far states [q; q̇] are from the start of a motion, whole turns of angles aside.
+struct FromStart {
+  Eigen::VectorXd start;
+  std::vector<scenes::Coordinate> coordinates;
+  Eigen::Index n;
+
+  double turns(const Eigen::VectorXd& y, Eigen::Index i) const {
+    constexpr double turn = 2.0 * std::numbers::pi;
+    return coordinates[static_cast<std::size_t>(i)].unit == "rad" ? turn * std::round((y[i] - start[i]) / turn) : 0.0;
+  }
+  double distance(const Eigen::VectorXd& y, Eigen::Index i) const { return std::abs(y[i] - start[i] - (i < n ? turns(y, i) : 0.0)); }
+
+  /// The largest distance of each entry.
+  Eigen::VectorXd extent(const std::vector<Eigen::VectorXd>& samples) const {
+    Eigen::VectorXd extent = Eigen::VectorXd::Zero(2 * n);
+    for (const Eigen::VectorXd& y : samples)
+      for (Eigen::Index i = 0; i < 2 * n; ++i) extent[i] = std::max(extent[i], distance(y, i));
+    return extent;
+  }
+
+  /// For each sample, the largest distance of its entries in parts of their extent.
+  std::vector<double> away(const std::vector<Eigen::VectorXd>& samples) const {
+    const Eigen::VectorXd extent = this->extent(samples);
     std::vector<double> away;
-    for (const Eigen::VectorXd& y : motion.samples) {
+    for (const Eigen::VectorXd& y : samples) {
       double farthest = 0.0;
       for (Eigen::Index i = 0; i < 2 * n; ++i)
-        if (extent[i] > 1e-9 * extent.maxCoeff()) farthest = std::max(farthest, std::abs(y[i] - y0[i] - (i < n ? turns(y, i) : 0.0)) / extent[i]);
+        if (extent[i] > 1e-9 * extent.maxCoeff()) farthest = std::max(farthest, distance(y, i) / extent[i]);
       away.push_back(farthest);
     }
-    bool left = false;
-    double least = 2.0;
-    for (std::size_t k = 1; k + 1 < away.size(); ++k) {
-      left = left || away[k] > 0.5;
-      if (!left || away[k] > away[k - 1] || away[k] > away[k + 1] || away[k] >= least) continue;
-      least = away[k];
-      best = k;
-      if (least < near) break;
-    }
+    return away;
   }
+};
+
+/// The sample that is nearest to the start again, or the first that is near, once the motion has left the start; else the last one.
+std::size_t nearest_return(const std::vector<double>& away) {
+  constexpr double near = 0.05;
+  std::size_t best = away.size() - 1;
+  bool left = false;
+  double least = 2.0;
+  for (std::size_t k = 1; k + 1 < away.size(); ++k) {
+    left = left || away[k] > 0.5;
+    if (!left || away[k] > away[k - 1] || away[k] > away[k + 1] || away[k] >= least) continue;
+    least = away[k];
+    best = k;
+    if (least < near) break;
+  }
+  return best;
+}
+
+}  // namespace
+
+FirstReturn first_return(const ChosenScene& chosen, const Model& model, std::optional<double> period) {
+  constexpr int samples = 4000;
+  constexpr double usual_windows = 4.0;
+  const State<Dynamic>& start = chosen.start;
+  const Eigen::Index n = model.dof();
+  const double usual = std::abs(chosen.scene->t_end() - start.t), window = period ? *period : usual_windows * usual;
+  const std::shared_ptr<const Model> borrowed(std::shared_ptr<const Model>(), &model);
+  FirstReturn found{.period = window, .advance = Eigen::VectorXd::Zero(n)};
+  const Eigen::VectorXd y0 = settled(model, start.t, model.packed(start));
+  found.driven = is_driven(model, start.t, y0, window);
+
+  Options options{.rtol = 1e-9, .atol = AbsoluteTolerance::at_most(1e-9)};
+  const VariedMotion motion = plain_motion(borrowed, start.t, x_of(start), window, samples, options);
+  if (motion.samples.size() < 3) return found;
+  found.conserves_energy = keeps_energy(model, motion, model.energies(start.t, y0).jacobi);
+  const FromStart from_start{y0, chosen.scene->coordinates(), n};
+  const std::size_t best = period ? motion.samples.size() - 1 : nearest_return(from_start.away(motion.samples));
   found.period = std::abs(motion.times[best] - start.t);
-  for (Eigen::Index i = 0; i < n; ++i) found.advance[i] = turns(motion.samples[best], i);
+  for (Eigen::Index i = 0; i < n; ++i) found.advance[i] = from_start.turns(motion.samples[best], i);
   return found;
 }
 

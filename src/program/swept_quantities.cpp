@@ -29,77 +29,112 @@ void require_event(const std::string& event, const RunnableScene& scene, const M
                                   : " has events of " + names + " only"));
 }
 
-}  // namespace
+/// Reads what --record says of one scene.
+class RecordReader {
+ public:
+  RecordReader(const RunnableScene& scene, const Model& model)
+      : scene_(scene), model_(model), time_(scene.time_unit()), names_(names_of_start(scene)) {}
 
-std::vector<Quantity> quantities_of(const std::vector<std::string>& records, const RunnableScene& scene, const Model& model) {
-  const auto coordinates = scene.coordinates();
-  const std::string time = scene.time_unit();
-  std::vector<std::string> names, units, valid;
-  for (const ComponentNames& entry : names_of_start(scene)) {
-    names.push_back(entry.name);
-    units.push_back(entry.unit);
-    valid.push_back(entry.plain);
-  }
-  const auto component = [&](const std::string& name) {
-    for (std::size_t i = 0; i < names.size(); ++i)
-      if (name == names[i] || name == valid[i]) return static_cast<Eigen::Index>(i);
-    std::vector<std::string> all = names;
-    all.insert(all.end(), valid.begin(), valid.end());
-    for (const char* other : {"t", "energy", "energy_drift_max", "steps", "lyapunov", "alignment"}) all.emplace_back(other);
-    throw unknown_name("--record", "a coordinate, a velocity or a quantity of " + scene.name(), name, all);
-  };
-  std::vector<std::string> wanted = records;
-  if (wanted.empty())
-    for (const auto& coordinate : coordinates) wanted.push_back(coordinate.name);
-  std::vector<Quantity> quantities;
-  for (const std::string& text : wanted) {
+  /// @throws UsageError
+  Quantity quantity(const std::string& text) const {
     Quantity quantity{.text = text};
-    const auto inside = [&](const std::string& head) {  // of head(…)
-      return text.size() > head.size() + 2 && text.starts_with(head + "(") && text.back() == ')'
-                 ? text.substr(head.size() + 1, text.size() - head.size() - 2)
-                 : std::string();
-    };
+    if (!is_of_motion(quantity)) read_of_component(quantity);
+    if (quantity.kind == Kind::at_end || quantity.kind == Kind::greatest || quantity.kind == Kind::least)
+      quantity.unit = names_[static_cast<std::size_t>(quantity.component)].unit;
+    return quantity;
+  }
+
+ private:
+  /// Whether it is one that has a name of its own, and is of the whole motion; kind and unit, if so.
+  bool is_of_motion(Quantity& quantity) const {
+    const std::string& text = quantity.text;
     if (text == "energy" || text == "energy_drift_max") {
       quantity.kind = text == "energy" ? Kind::energy : Kind::energy_drift;
-      quantity.unit = scene.energy_unit();
+      quantity.unit = scene_.energy_unit();
     } else if (text == "steps") {
       quantity.kind = Kind::steps;
     } else if (text == "lyapunov" || text == "alignment") {
-      if (const std::string why = lacks_exponents(model); !why.empty()) throw UsageError("--record " + text + ": " + scene.name() + " " + why);
+      if (const std::string why = lacks_exponents(model_); !why.empty()) throw UsageError("--record " + text + ": " + scene_.name() + " " + why);
       quantity.kind = text == "lyapunov" ? Kind::lyapunov : Kind::alignment;
-      if (text == "lyapunov" && !time.empty()) quantity.unit = "1/" + time;
+      if (text == "lyapunov" && !time_.empty()) quantity.unit = "1/" + time_;
     } else if (text == "t") {
       quantity.kind = Kind::time;
-      quantity.unit = time;
-    } else if (const std::string least = inside("min"); !least.empty()) {
+      quantity.unit = time_;
+    } else {
+      return false;
+    }
+    return true;
+  }
+
+  /// NAME, min(NAME), max(NAME) and t(…).
+  void read_of_component(Quantity& quantity) const {
+    const std::string& text = quantity.text;
+    if (const std::string least = inside("min", text); !least.empty()) {
       quantity.kind = Kind::least;
       quantity.component = component(least);
-    } else if (const std::string most = inside("max"); !most.empty()) {
+    } else if (const std::string greatest = inside("max", text); !greatest.empty()) {
       quantity.kind = Kind::greatest;
-      quantity.component = component(most);
-    } else if (const std::string when = inside("t"); !when.empty()) {
-      quantity.unit = time;
-      if (when.starts_with("event ")) {
-        quantity.kind = Kind::event;
-        quantity.event = when.substr(6);
-        require_event(quantity.event, scene, model);
-      } else {
-        const std::size_t equals = when.find('=');
-        if (equals == std::string::npos) throw UsageError("--record: must be t(NAME=VALUE), t(|NAME|=VALUE) or t(event NAME), given " + text);
-        std::string name = when.substr(0, equals);
-        quantity.absolute = name.size() > 2 && name.front() == '|' && name.back() == '|';
-        if (quantity.absolute) name = name.substr(1, name.size() - 2);
-        quantity.kind = Kind::passage;
-        quantity.component = component(name);
-        quantity.value = finite_number("--record", when.substr(equals + 1));
-      }
+      quantity.component = component(greatest);
+    } else if (const std::string when = inside("t", text); !when.empty()) {
+      read_time(quantity, when);
     } else {
       quantity.component = component(text);
     }
-    if (quantity.kind == Kind::at_end || quantity.kind == Kind::greatest || quantity.kind == Kind::least)
-      quantity.unit = units[static_cast<std::size_t>(quantity.component)];
-    quantities.push_back(std::move(quantity));
   }
+
+  /// When something happens first: "NAME=VALUE", "|NAME|=VALUE" or "event EVENT".
+  void read_time(Quantity& quantity, const std::string& when) const {
+    quantity.unit = time_;
+    if (when.starts_with("event ")) {
+      quantity.kind = Kind::event;
+      quantity.event = when.substr(6);
+      require_event(quantity.event, scene_, model_);
+      return;
+    }
+    const std::size_t equals = when.find('=');
+    if (equals == std::string::npos) throw UsageError("--record: must be t(NAME=VALUE), t(|NAME|=VALUE) or t(event NAME), given " + quantity.text);
+    std::string name = when.substr(0, equals);
+    quantity.absolute = name.size() > 2 && name.front() == '|' && name.back() == '|';
+    if (quantity.absolute) name = name.substr(1, name.size() - 2);
+    quantity.kind = Kind::passage;
+    quantity.component = component(name);
+    quantity.value = finite_number("--record", when.substr(equals + 1));
+  }
+
+  /// What stands in the parentheses of head(…); "" where the text is not that.
+  static std::string inside(const std::string& head, const std::string& text) {
+    return text.size() > head.size() + 2 && text.starts_with(head + "(") && text.back() == ')'
+               ? text.substr(head.size() + 1, text.size() - head.size() - 2)
+               : std::string();
+  }
+
+  /// The place of a coordinate or velocity in [q; q̇].
+  Eigen::Index component(const std::string& name) const {
+    std::vector<std::string> all;
+    for (std::size_t i = 0; i < names_.size(); ++i) {
+      if (name == names_[i].name || name == names_[i].plain) return static_cast<Eigen::Index>(i);
+      all.push_back(names_[i].name);
+    }
+    for (const ComponentNames& entry : names_) all.push_back(entry.plain);
+    for (const char* other : {"t", "energy", "energy_drift_max", "steps", "lyapunov", "alignment"}) all.emplace_back(other);
+    throw unknown_name("--record", "a coordinate, a velocity or a quantity of " + scene_.name(), name, all);
+  }
+
+  const RunnableScene& scene_;
+  const Model& model_;
+  std::string time_;  // its unit
+  std::vector<ComponentNames> names_;
+};
+
+}  // namespace
+
+std::vector<Quantity> quantities_of(const std::vector<std::string>& records, const RunnableScene& scene, const Model& model) {
+  std::vector<std::string> wanted = records;
+  if (wanted.empty())
+    for (const auto& coordinate : scene.coordinates()) wanted.push_back(coordinate.name);
+  const RecordReader reader(scene, model);
+  std::vector<Quantity> quantities;
+  for (const std::string& text : wanted) quantities.push_back(reader.quantity(text));
   return quantities;
 }
 
