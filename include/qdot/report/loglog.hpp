@@ -166,116 +166,143 @@ inline std::pair<std::string, double> marker_legend(const std::vector<MarkedCurv
   return {svg, y + 7 - top};
 }
 
-/// The picture as an <svg> element for a page that carries `theme_css` and `plot_css`.
-inline std::string svg_element(const LogLogPlot& plot, const std::string& style = "") {
-  using namespace detail;
-  const Axis axis{.label = {}, .scale = Scale::logarithmic, .range = {}};
-  const auto shown_y = [&](double y) { return plot.least_y > 0 ? std::max(y, plot.least_y) : y; };
+namespace detail {
+
+// An error as it is drawn.
+inline double shown_y(const LogLogPlot& plot, double y) { return plot.least_y > 0 ? std::max(y, plot.least_y) : y; }
+
+// Ranges of x and y.
+inline std::pair<std::pair<double, double>, std::pair<double, double>> shown_ranges(const LogLogPlot& plot, const Axis& axis) {
   std::vector<double> xs, ys;
   bool failures = false;
   for (const MarkedCurve& curve : plot.curves)
     for (const Marker& p : curve.points) {
       xs.push_back(p.x);
-      if (!p.failed) ys.push_back(shown_y(p.y));
+      if (!p.failed) ys.push_back(shown_y(plot, p.y));
       failures = failures || p.failed;
     }
   for (const Level& level : plot.levels) ys.push_back(0.1 * level.y);  // room for its name
   const auto x_range = shown_range(axis, {&xs}, 0.05);
   auto y_range = shown_range(axis, {&ys}, 0.04);
   if (failures) y_range.second *= std::pow(y_range.second / y_range.first, 0.05);
+  return {x_range, y_range};
+}
 
+inline PlotLayout layout_of(const LogLogPlot& plot, const Axis& axis) {
+  const auto [x_range, y_range] = shown_ranges(plot, axis);
   const double right = plot.width - 18;
   const double head = plot.title.empty() ? 6 : 30;
   const auto [legend_svg, legend_height] = plot.with_legend ? marker_legend(plot.curves, 12, right, head) : std::pair(std::string(), 0.0);
   const double label_line = head + legend_height + 15;
   const double top = label_line + 10, bottom = plot.height - 40;
   const Ticks y_ticks = power_ticks(y_range, bottom - top, 30);
-  double left = 0;
-  for (const Tick& tick : y_ticks.ticks) left = std::max(left, text_width(tick.label));
-  left += 24;
-  const Ticks x_ticks = power_ticks(x_range, right - left, 60);
-  const AxisMap x(axis, x_range, left, right), y(axis, y_range, bottom, top);
+  const double left = left_edge(y_ticks);
+  return {x_range, y_range, {left, right, top, bottom}, label_line, power_ticks(x_range, right - left, 60), y_ticks, legend_svg};
+}
 
-  std::string svg = "<svg class=\"plot\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + px(plot.width) + " " + px(plot.height) +
-                    "\" width=\"" + px(plot.width) + "\" height=\"" + px(plot.height) + "\" role=\"img\" aria-label=\"" +
-                    escaped(plot.title.empty() ? plot.y_label : plot.title) + "\">\n" + style;
-  if (!plot.title.empty()) svg += text_element(12, 20, "", plot.title, "title");
-  svg += legend_svg + text_element(12, label_line, "", plot.y_label, "label");
-  std::string grid;
-  for (const Tick& tick : x_ticks.ticks) grid += "M" + px(x(tick.value)) + " " + px(top) + "V" + px(bottom);
-  for (const Tick& tick : y_ticks.ticks) grid += "M" + px(left) + " " + px(y(tick.value)) + "H" + px(right);
-  svg += "<path class=\"grid\" d=\"" + grid + "\"/>\n";
-  for (const Tick& tick : x_ticks.ticks) svg += text_element(x(tick.value), bottom + 18, "middle", tick.label);
-  for (const Tick& tick : y_ticks.ticks) svg += text_element(left - 8, y(tick.value) + 4.5, "end", tick.label);
-  svg += text_element(0.5 * (left + right), plot.height - 6, "middle", plot.x_label, "label");
+// Draws a picture part by part. Labels are kept for the end: they stand in front of all else, and where nothing else is.
+class LogLogDrawing {
+ public:
+  explicit LogLogDrawing(const LogLogPlot& plot)
+      : plot_(plot), layout_(layout_of(plot, axis_)), edges_(layout_.edges),
+        x_(axis_, layout_.x_range, edges_.left, edges_.right), y_(axis_, layout_.y_range, edges_.bottom, edges_.top) {}
 
-  Occupied occupied;
-  std::string labels;
-  for (const Level& level : plot.levels) {
-    if (!(level.y > 0)) continue;
-    const double at = y(level.y), width = text_width(level.label);
-    svg += "<path class=\"guide\" d=\"M" + px(left) + " " + px(at) + "H" + px(right) + "\"/>";
-    const bool below = &level == &plot.levels.back() && plot.levels.size() > 1 && at + 18 < bottom;  // each on its own side
+  std::string element(const std::string& style) {
+    const auto& [left, right, top, bottom] = edges_;
+    std::string svg = axes(style);
+    for (const Level& level : plot_.levels)
+      if (level.y > 0) svg += level_line(level);
+    svg += viewport_tag(left, top - 6, right - left + 6, bottom - top + 12);
+    for (const SlopeGuide& guide : plot_.slopes) svg += slope_line(guide);
+    for (const MarkedCurve& curve : plot_.curves) svg += curve_with_marks(curve);
+    svg += "</svg>\n";
+    for (const MarkedCurve& curve : plot_.curves)
+      for (const Marker& p : curve.points)
+        if (!p.failed && !p.label.empty() && p.x > 0 && can_show(axis_, shown_y(plot_, p.y))) add_marker_label(p, curve.style);
+    return svg + labels_ + frame_path(edges_) + "</svg>\n";
+  }
+
+ private:
+  std::string axes(const std::string& style) const {
+    std::string svg = opening_tag(plot_.width, plot_.height, plot_.title.empty() ? plot_.y_label : plot_.title) + ">\n" + style;
+    if (!plot_.title.empty()) svg += text_element(12, 20, "", plot_.title, "title");
+    svg += layout_.legend + text_element(12, layout_.label_line, "", plot_.y_label, "label") + ticks_svg(layout_, x_, y_);
+    return svg + text_element(0.5 * (edges_.left + edges_.right), plot_.height - 6, "middle", plot_.x_label, "label");
+  }
+
+  std::string level_line(const Level& level) {
+    const double at = y_(level.y), width = text_width(level.label), left = edges_.left;
+    const bool below = &level == &plot_.levels.back() && plot_.levels.size() > 1 && at + 18 < edges_.bottom;  // each on its own side
     const double line = below ? at + 14 : at - 5;
-    labels += text_element(left + 6, line, "", level.label);
-    occupied.add(left + 6, line - 11, left + 6 + width, line + 2);
+    labels_ += text_element(left + 6, line, "", level.label);
+    occupied_.add(left + 6, line - 11, left + 6 + width, line + 2);
+    return "<path class=\"guide\" d=\"M" + px(left) + " " + px(at) + "H" + px(edges_.right) + "\"/>";
   }
 
-  // A nested viewport clips what leaves the axes.
-  svg += "<svg x=\"" + px(left) + "\" y=\"" + px(top - 6) + "\" width=\"" + px(right - left + 6) + "\" height=\"" + px(bottom - top + 12) +
-         "\" viewBox=\"" + px(left) + " " + px(top - 6) + " " + px(right - left + 6) + " " + px(bottom - top + 12) + "\">\n";
-  for (const SlopeGuide& guide : plot.slopes) {
+  std::string slope_line(const SlopeGuide& guide) {
     const auto at = [&](double value) { return guide.y * std::pow(value / guide.x, guide.slope); };
-    const double from = guide.x, to = x_range.second;
-    svg += "<path class=\"guide\" d=\"M" + px(x(from)) + " " + px(y(at(from))) + "L" + px(x(to)) + " " + px(y(at(to))) + "\"/>";
-    double where = to * std::pow(x_range.first / to, 0.04);
-    if (at(where) > y_range.second) where = guide.x * std::pow(0.6 * y_range.second / guide.y, 1 / guide.slope);
+    const double from = guide.x, to = layout_.x_range.second, highest = layout_.y_range.second;
+    double where = to * std::pow(layout_.x_range.first / to, 0.04);
+    if (at(where) > highest) where = guide.x * std::pow(0.6 * highest / guide.y, 1 / guide.slope);
     const double width = text_width(guide.label);
-    labels += text_element(x(where), y(at(where)) - 7, "end", guide.label);
-    occupied.add(x(where) - width, y(at(where)) - 19, x(where), y(at(where)) - 5);
+    labels_ += text_element(x_(where), y_(at(where)) - 7, "end", guide.label);
+    occupied_.add(x_(where) - width, y_(at(where)) - 19, x_(where), y_(at(where)) - 5);
+    return "<path class=\"guide\" d=\"M" + px(x_(from)) + " " + px(y_(at(from))) + "L" + px(x_(to)) + " " + px(y_(at(to))) + "\"/>";
   }
-  for (const MarkedCurve& curve : plot.curves) {
-    std::string path;
+
+  std::string curve_with_marks(const MarkedCurve& curve) {
+    std::string path, marks;
     bool open = false;
-    std::string marks;
     for (const Marker& p : curve.points) {
       if (!(p.x > 0) || !std::isfinite(p.x)) continue;
       if (p.failed) {
-        marks += cross_svg(curve.style, x(p.x), top + 6, 4.5);
-        occupied.add(x(p.x) - 5, top, x(p.x) + 5, top + 12);
+        const double at = x_(p.x), top = edges_.top;
+        marks += cross_svg(curve.style, at, top + 6, 4.5);
+        occupied_.add(at - 5, top, at + 5, top + 12);
         continue;
       }
-      if (!can_show(axis, shown_y(p.y))) {
+      if (!can_show(axis_, shown_y(plot_, p.y))) {
         open = false;
         continue;
       }
-      const double at_x = x(p.x), at_y = y(shown_y(p.y));
+      const double at_x = x_(p.x), at_y = y_(shown_y(plot_, p.y));
       path += (open ? "L" : "M") + px(at_x) + " " + px(at_y);
       open = true;
       if (!curve.marked) continue;
       marks += marker_svg(curve.style, at_x, at_y, 3.6);
-      occupied.add(at_x - 4, at_y - 4, at_x + 4, at_y + 4);
+      occupied_.add(at_x - 4, at_y - 4, at_x + 4, at_y + 4);
     }
-    svg += "<path class=\"curve\" style=\"" + line_style(curve.style) + "\" d=\"" + path + "\"/>" + marks + "\n";
+    return "<path class=\"curve\" style=\"" + line_style(curve.style) + "\" d=\"" + path + "\"/>" + marks + "\n";
   }
-  svg += "</svg>\n";
-  for (const MarkedCurve& curve : plot.curves)
-    for (const Marker& p : curve.points) {
-      if (p.failed || p.label.empty() || !(p.x > 0) || !can_show(axis, shown_y(p.y))) continue;
-      const double at_x = x(p.x), at_y = y(shown_y(p.y)), width = label_width(p.label);
-      const std::array<std::pair<double, double>, 4> places = {
-          std::pair{at_x + 6, at_y - 3}, {at_x - 6 - width, at_y + 12}, {at_x + 7, at_y + 5}, {at_x - 7 - width, at_y + 2}};
-      for (const auto& [px_x, px_y] : places) {
-        if (px_x < left || px_x + width > right || px_y - 10 < top || px_y > bottom) continue;
-        if (!occupied.is_free(px_x, px_y - 10, px_x + width, px_y + 2)) continue;
-        labels += "<text class=\"small\" x=\"" + px(px_x) + "\" y=\"" + px(px_y) + "\" style=\"fill:" + marker_colour(curve.style) + "\">" +
-                  escaped(p.label) + "</text>\n";
-        occupied.add(px_x - 1, px_y - 11, px_x + width + 1, px_y + 3);
-        break;
-      }
+
+  // Of four places beside a marker its label takes the first that is free; none where none is.
+  void add_marker_label(const Marker& p, std::size_t style) {
+    const double at_x = x_(p.x), at_y = y_(shown_y(plot_, p.y)), width = label_width(p.label);
+    const std::array<std::pair<double, double>, 4> places = {
+        std::pair{at_x + 6, at_y - 3}, {at_x - 6 - width, at_y + 12}, {at_x + 7, at_y + 5}, {at_x - 7 - width, at_y + 2}};
+    for (const auto& [px_x, px_y] : places) {
+      if (px_x < edges_.left || px_x + width > edges_.right || px_y - 10 < edges_.top || px_y > edges_.bottom) continue;
+      if (!occupied_.is_free(px_x, px_y - 10, px_x + width, px_y + 2)) continue;
+      labels_ += "<text class=\"small\" x=\"" + px(px_x) + "\" y=\"" + px(px_y) + "\" style=\"fill:" + marker_colour(style) + "\">" +
+                 escaped(p.label) + "</text>\n";
+      occupied_.add(px_x - 1, px_y - 11, px_x + width + 1, px_y + 3);
+      return;
     }
-  return svg + labels + "<path class=\"frame\" d=\"M" + px(left) + " " + px(top) + "V" + px(bottom) + "H" + px(right) + "\"/>\n</svg>\n";
-}
+  }
+
+  const LogLogPlot& plot_;
+  const Axis axis_{.label = {}, .scale = Scale::logarithmic, .range = {}};
+  PlotLayout layout_;
+  Edges edges_;
+  AxisMap x_, y_;
+  Occupied occupied_;
+  std::string labels_;
+};
+
+}  // namespace detail
+
+/// The picture as an <svg> element for a page that carries `theme_css` and `plot_css`.
+inline std::string svg_element(const LogLogPlot& plot, const std::string& style = "") { return detail::LogLogDrawing(plot).element(style); }
 
 /// CSS beside `plot_css` for what these pictures have more.
 inline std::string loglog_css() {

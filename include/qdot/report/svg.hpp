@@ -70,17 +70,13 @@ inline double text_width(const std::string& text) {
   return 7.3 * glyphs;
 }
 
-inline std::string text_element(double x, double y, const std::string& anchor, const std::string& text,
-                                const std::string& css_class = "") {
-  return "<text x=\"" + px(x) + "\" y=\"" + px(y) + "\"" +
-         (anchor.empty() ? "" : " text-anchor=\"" + anchor + "\"") +
+inline std::string text_element(double x, double y, const std::string& anchor, const std::string& text, const std::string& css_class = "") {
+  return "<text x=\"" + px(x) + "\" y=\"" + px(y) + "\"" + (anchor.empty() ? "" : " text-anchor=\"" + anchor + "\"") +
          (css_class.empty() ? "" : " class=\"" + css_class + "\"") + ">" + escaped(text) + "</text>\n";
 }
 
 /// The hyphen before a number becomes a minus sign.
-inline std::string with_minus(const std::string& number) {
-  return number.starts_with('-') ? "−" + number.substr(1) : number;
-}
+inline std::string with_minus(const std::string& number) { return number.starts_with('-') ? "−" + number.substr(1) : number; }
 
 /// Maps values of one axis onto pixels.
 class AxisMap {
@@ -97,6 +93,55 @@ class AxisMap {
   double lo_, hi_, from_, to_;
 };
 
+/// The rectangle between the axes, in px.
+struct Edges {
+  double left, right, top, bottom;
+};
+
+/// The left edge that leaves room for the labels of the y axis.
+inline double left_edge(const Ticks& y_ticks) {
+  double left = 0;
+  for (const Tick& tick : y_ticks.ticks) left = std::max(left, text_width(tick.label));
+  return left + 24;
+}
+
+/// Where the parts of a plot stand, and what its axes say.
+struct PlotLayout {
+  std::pair<double, double> x_range, y_range;
+  Edges edges;
+  double label_line;  // of the y axis
+  Ticks x_ticks, y_ticks;
+  std::string legend;  // SVG text
+};
+
+/// The beginning of a plot's element; the tag is left open.
+inline std::string opening_tag(double width, double height, const std::string& name) {
+  return "<svg class=\"plot\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + px(width) + " " + px(height) + "\" width=\"" + px(width) +
+         "\" height=\"" + px(height) + "\" role=\"img\" aria-label=\"" + escaped(name) + "\"";
+}
+
+/// Grid lines and labels at the ticks.
+inline std::string ticks_svg(const PlotLayout& layout, const AxisMap& x, const AxisMap& y) {
+  const auto& [left, right, top, bottom] = layout.edges;
+  std::string grid, labels;
+  for (const Tick& tick : layout.x_ticks.ticks) grid += "M" + px(x(tick.value)) + " " + px(top) + "V" + px(bottom);
+  for (const Tick& tick : layout.y_ticks.ticks) grid += "M" + px(left) + " " + px(y(tick.value)) + "H" + px(right);
+  for (const Tick& tick : layout.x_ticks.ticks) labels += text_element(x(tick.value), bottom + 18, "middle", with_minus(tick.label));
+  for (const Tick& tick : layout.y_ticks.ticks) labels += text_element(left - 8, y(tick.value) + 4.5, "end", with_minus(tick.label));
+  return "<path class=\"grid\" d=\"" + grid + "\"/>\n" + labels;
+}
+
+/// The beginning of a nested viewport, which clips what leaves it.
+inline std::string viewport_tag(double x, double y, double width, double height) {
+  return "<svg x=\"" + px(x) + "\" y=\"" + px(y) + "\" width=\"" + px(width) + "\" height=\"" + px(height) + "\" viewBox=\"" + px(x) + " " + px(y) +
+         " " + px(width) + " " + px(height) + "\">\n";
+}
+
+/// The lines of both axes.
+inline std::string frame_path(const Edges& edges) {
+  return "<path class=\"frame\" d=\"M" + px(edges.left) + " " + px(edges.top) + "V" + px(edges.bottom) + "H" + px(edges.right) + "\"/>\n";
+}
+
 struct Pixel {
   double x, y;
 };
@@ -105,9 +150,7 @@ struct Pixel {
 inline std::vector<Pixel> thinned(const std::vector<Pixel>& run) {
   std::vector<Pixel> kept;
   for (std::size_t i = 0; i < run.size();) {
-    std::size_t end = i + 1;
-    std::size_t low = i;
-    std::size_t high = i;
+    std::size_t end = i + 1, low = i, high = i;
     while (end < run.size() && std::abs(run[end].x - run[i].x) < 0.25) {
       if (run[end].y < run[low].y) low = end;
       if (run[end].y > run[high].y) high = end;
@@ -121,15 +164,12 @@ inline std::vector<Pixel> thinned(const std::vector<Pixel>& run) {
   return kept;
 }
 
-inline std::string path_data(const Series& series, const Axis& x_axis, const Axis& y_axis, const AxisMap& x,
-                             const AxisMap& y, bool thin) {
+inline std::string path_data(const Series& series, const Axis& x_axis, const Axis& y_axis, const AxisMap& x, const AxisMap& y, bool thin) {
   std::string data;
   std::vector<Pixel> run;
   const auto flush = [&] {
     const std::vector<Pixel> points = thin ? thinned(run) : run;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      data += (i == 0 ? "M" : "L") + px(points[i].x) + " " + px(points[i].y);
-    }
+    for (std::size_t i = 0; i < points.size(); ++i) data += (i == 0 ? "M" : "L") + px(points[i].x) + " " + px(points[i].y);
     run.clear();
   };
   for (std::size_t i = 0; i < std::min(series.x.size(), series.y.size()); ++i) {
@@ -182,12 +222,24 @@ inline std::pair<std::vector<LegendEntry>, int> legend(const Plot& plot, double 
     widths.back() += width;
   }
   std::vector<LegendEntry> entries;
-  for (std::size_t r = 0; r < rows.size(); ++r) {
-    for (const auto& [series, offset] : rows[r]) {
-      entries.push_back({right - widths[r] + 14 + offset, 18 * static_cast<double>(r), series});
-    }
-  }
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    for (const auto& [series, offset] : rows[r]) entries.push_back({right - widths[r] + 14 + offset, 18 * static_cast<double>(r), series});
   return {entries, static_cast<int>(rows.size())};
+}
+
+inline std::string legend_svg(const Plot& plot, const std::vector<LegendEntry>& entries, double label_line) {
+  std::string svg;
+  for (const LegendEntry& entry : entries) {
+    const std::string colour = series_colour(entry.series, plot.series.size());
+    const double line = label_line + entry.y;
+    const Series& series = plot.series[entry.series];
+    svg += series.dots && series.markers
+               ? "<circle cx=\"" + px(entry.x + 8) + "\" cy=\"" + px(line - 4.5) + "\" r=\"4\" style=\"fill:" + colour + "\"/>"
+               : "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.5" + dashes(series) + "\" d=\"M" + px(entry.x) + " " +
+                     px(line - 4.5) + "h16\"/>";
+    svg += text_element(entry.x + 22, line, "", series.label);
+  }
+  return svg;
 }
 
 inline Ticks ticks(const Axis& axis, std::pair<double, double> range, double length_px, double px_per_tick) {
@@ -264,95 +316,76 @@ inline std::pair<std::string, std::string> drawn_marks(const Plot& plot, const A
   return {lines, names};
 }
 
-}  // namespace detail
-
-/// The plot as an <svg> element for a page that carries `theme_css` and `plot_css`.
-inline std::string svg_element(const Plot& plot, const std::string& style = "") {
-  using namespace detail;
-  std::vector<const std::vector<double>*> xs;
-  std::vector<const std::vector<double>*> ys;
+inline PlotLayout layout_of(const Plot& plot) {
+  std::vector<const std::vector<double>*> xs, ys;
   for (const Series& s : plot.series) {
     xs.push_back(&s.x);
     ys.push_back(&s.y);
   }
-  std::pair<double, double> x_range = shown_range(plot.x, xs, plot.time_axis ? 0.0 : 0.04);
-  std::pair<double, double> y_range = shown_range(plot.y, ys, 0.06);
-
-  const double right = plot.width - 18;
-  const double head = plot.title.empty() ? 8 : 32;
+  auto x_range = shown_range(plot.x, xs, plot.time_axis ? 0.0 : 0.04);
+  auto y_range = shown_range(plot.y, ys, 0.06);
+  const double right = plot.width - 18, bottom = plot.height - 40;
+  const double head = plot.title.empty() ? 8 : 32, label_line = head + 13;
   const auto [entries, legend_rows] = legend(plot, 12, right);
-  const double bottom = plot.height - 40;
   const double top = head + 18 * std::max(legend_rows, 1) + 14;
   Ticks y_ticks = ticks(plot.y, y_range, bottom - top, 36);
-  double left = 0;
-  for (const Tick& tick : y_ticks.ticks) left = std::max(left, text_width(tick.label));
-  left += 24;
+  const double left = left_edge(y_ticks);
   if (plot.equal_units) {
     equalize(x_range, y_range, right - left, bottom - top);
     y_ticks = ticks(plot.y, y_range, bottom - top, 36);
   }
   const Ticks x_ticks = ticks(plot.x, x_range, right - left, plot.x.scale == Scale::linear ? 84 : 60);
-  const AxisMap x(plot.x, x_range, left, right);
-  const AxisMap y(plot.y, y_range, bottom, top);
+  return {x_range, y_range, {left, right, top, bottom}, label_line, x_ticks, y_ticks, legend_svg(plot, entries, label_line)};
+}
 
-  std::string svg = "<svg class=\"plot\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 " + px(plot.width) + " " +
-                    px(plot.height) + "\" width=\"" + px(plot.width) + "\" height=\"" + px(plot.height) +
-                    "\" role=\"img\" aria-label=\"" + escaped(plot.title.empty() ? plot.y.label : plot.title) + "\"";
-  if (plot.time_axis) {
-    svg += " data-time=\"" + px(left) + " " + px(right) + " " + px(top) + " " + px(bottom) + " " +
-           exact_text(x_range.first) + " " + exact_text(x_range.second) + "\"";
+/// The label of an axis, with the power of ten that its ticks have in common.
+inline std::string label_with_power(const Axis& axis, const Ticks& ticks) {
+  return ticks.exponent == 0 ? axis.label : axis.label + "  ×10" + superscript(ticks.exponent);
+}
+
+/// One curve of a plot: its line, small dots or a line with markers.
+inline std::string curve_svg(const Plot& plot, std::size_t i, const AxisMap& x, const AxisMap& y) {
+  const Series& series = plot.series[i];
+  const std::string colour = series_colour(i, plot.series.size());
+  if (series.dots && !series.markers)
+    return "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.4\" d=\"" + dots_data(series, plot.x, plot.y, x, y) + "\"/>\n";
+  std::string svg;
+  if (!series.dots)
+    svg += "<path class=\"curve\" style=\"stroke:" + colour + dashes(series) + "\" d=\"" +
+           path_data(series, plot.x, plot.y, x, y, !series.markers && !plot.equal_units) + "\"/>\n";
+  if (!series.markers) return svg;
+  for (std::size_t k = 0; k < std::min(series.x.size(), series.y.size()); ++k) {
+    if (!can_show(plot.x, series.x[k]) || !can_show(plot.y, series.y[k])) continue;
+    svg += "<circle cx=\"" + px(x(series.x[k])) + "\" cy=\"" + px(y(series.y[k])) + "\" r=\"" + (series.dots ? "4.5" : "3.2") + "\" style=\"fill:" +
+           colour + "\"/>";
   }
+  return svg;
+}
+
+}  // namespace detail
+
+/// The plot as an <svg> element for a page that carries `theme_css` and `plot_css`.
+inline std::string svg_element(const Plot& plot, const std::string& style = "") {
+  using namespace detail;
+  const PlotLayout layout = layout_of(plot);
+  const auto& [left, right, top, bottom] = layout.edges;
+  const AxisMap x(plot.x, layout.x_range, left, right), y(plot.y, layout.y_range, bottom, top);
+
+  std::string svg = opening_tag(plot.width, plot.height, plot.title.empty() ? plot.y.label : plot.title);
+  if (plot.time_axis)
+    svg += " data-time=\"" + px(left) + " " + px(right) + " " + px(top) + " " + px(bottom) + " " +
+           exact_text(layout.x_range.first) + " " + exact_text(layout.x_range.second) + "\"";
   svg += ">\n" + style;
   if (!plot.title.empty()) svg += text_element(12, 22, "", plot.title, "title");
-  const double label_line = head + 13;
-  std::string y_label = plot.y.label;
-  if (y_ticks.exponent != 0) y_label += "  ×10" + superscript(y_ticks.exponent);
-  svg += text_element(12, label_line, "", y_label, "label");
-  for (const LegendEntry& entry : entries) {
-    const std::string colour = series_colour(entry.series, plot.series.size());
-    const double line = label_line + entry.y;
-    const Series& series = plot.series[entry.series];
-    svg += series.dots && series.markers
-               ? "<circle cx=\"" + px(entry.x + 8) + "\" cy=\"" + px(line - 4.5) + "\" r=\"4\" style=\"fill:" + colour + "\"/>"
-               : "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.5" + dashes(series) + "\" d=\"M" + px(entry.x) + " " +
-                     px(line - 4.5) + "h16\"/>";
-    svg += text_element(entry.x + 22, line, "", series.label);
-  }
+  svg += text_element(12, layout.label_line, "", label_with_power(plot.y, layout.y_ticks), "label") + layout.legend;
+  svg += ticks_svg(layout, x, y);
+  svg += text_element(0.5 * (left + right), plot.height - 6, "middle", label_with_power(plot.x, layout.x_ticks), "label");
 
-  std::string grid;
-  for (const Tick& tick : x_ticks.ticks) grid += "M" + px(x(tick.value)) + " " + px(top) + "V" + px(bottom);
-  for (const Tick& tick : y_ticks.ticks) grid += "M" + px(left) + " " + px(y(tick.value)) + "H" + px(right);
-  svg += "<path class=\"grid\" d=\"" + grid + "\"/>\n";
-  for (const Tick& tick : x_ticks.ticks) svg += text_element(x(tick.value), bottom + 18, "middle", with_minus(tick.label));
-  for (const Tick& tick : y_ticks.ticks) svg += text_element(left - 8, y(tick.value) + 4.5, "end", with_minus(tick.label));
-  std::string x_label = plot.x.label;
-  if (x_ticks.exponent != 0) x_label += "  ×10" + superscript(x_ticks.exponent);
-  svg += text_element(0.5 * (left + right), plot.height - 6, "middle", x_label, "label");
-
+  // Curves may leave a range that the caller chose.
   const auto [mark_lines, mark_names] = drawn_marks(plot, x, left, right, top, bottom);
-  // A nested viewport clips curves that leave a range the caller chose.
-  svg += "<svg x=\"" + px(left) + "\" y=\"" + px(top - 2) + "\" width=\"" + px(right - left) + "\" height=\"" +
-         px(bottom - top + 4) + "\" viewBox=\"" + px(left) + " " + px(top - 2) + " " + px(right - left) + " " +
-         px(bottom - top + 4) + "\">\n" + mark_lines;
-  for (std::size_t i = 0; i < plot.series.size(); ++i) {
-    const Series& series = plot.series[i];
-    const std::string colour = series_colour(i, plot.series.size());
-    if (series.dots && !series.markers) {
-      svg += "<path class=\"curve\" style=\"stroke:" + colour + ";stroke-width:2.4\" d=\"" + dots_data(series, plot.x, plot.y, x, y) + "\"/>\n";
-      continue;
-    }
-    if (!series.dots)
-      svg += "<path class=\"curve\" style=\"stroke:" + colour + dashes(series) + "\" d=\"" +
-             path_data(series, plot.x, plot.y, x, y, !series.markers && !plot.equal_units) + "\"/>\n";
-    if (!series.markers) continue;
-    for (std::size_t k = 0; k < std::min(series.x.size(), series.y.size()); ++k) {
-      if (!can_show(plot.x, series.x[k]) || !can_show(plot.y, series.y[k])) continue;
-      svg += "<circle cx=\"" + px(x(series.x[k])) + "\" cy=\"" + px(y(series.y[k])) + "\" r=\"" + (series.dots ? "4.5" : "3.2") + "\" style=\"fill:" +
-             colour + "\"/>";
-    }
-  }
-  return svg + mark_names + "</svg>\n<path class=\"frame\" d=\"M" + px(left) + " " + px(top) + "V" + px(bottom) + "H" + px(right) +
-         "\"/>\n</svg>\n";
+  svg += viewport_tag(left, top - 2, right - left, bottom - top + 4) + mark_lines;
+  for (std::size_t i = 0; i < plot.series.size(); ++i) svg += curve_svg(plot, i, x, y);
+  return svg + mark_names + "</svg>\n" + frame_path(layout.edges) + "</svg>\n";
 }
 
 /// The plot as an SVG file of its own: white or dark paper as the reader prefers.

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "qdot/ad/formula/coefficient.hpp"
@@ -30,26 +31,8 @@ class PolynomialNodes {
   constexpr int node_of(const Polynomial& terms) {
     Polynomial p = terms;
     if (p.empty()) return graph_.constant(0.0);
-    // What all terms have in common.
-    Monomial common = monomials_[p[0].monomial];
-    for (const Term& t : p) {
-      const Monomial& m = monomials_[t.monomial];
-      int kept = 0;
-      for (int i = 0; i < common.count; ++i) {
-        const int x = common.factor[i].exponent, y = m.exponent_of(common.factor[i].atom);
-        const int e = x > 0 && y > 0 ? std::min(x, y) : x < 0 && y < 0 ? std::max(x, y) : 0;
-        if (e != 0) common.factor[kept++] = {common.factor[i].atom, e};
-      }
-      common.count = kept;
-    }
-    int velocity = p[0].a, other = p[0].b;
-    for (const Term& t : p) {
-      if (other >= 0 && (t.a != velocity || t.b != other)) {
-        if (t.a == other || t.b == other) velocity = other;
-        other = -1;
-      }
-      if (velocity >= 0 && t.a != velocity && t.b != velocity) velocity = -1;
-    }
+    const Monomial common = common_atoms(p);
+    const auto [velocity, other] = common_velocities(p);
     int outside = graph_.constant(1.0);
     int divisor = -1;
     if (common.count > 0) {
@@ -69,28 +52,65 @@ class PolynomialNodes {
     if (velocity >= 0) {
       const int velocities = node_of_velocities(velocity, other);
       outside = graph_.product(outside, velocities);
-      for (Term& t : p) {
-        if (other >= 0) {
-          t.a = t.b = -1;
-        } else {
-          t.a = t.a == velocity ? t.b : t.a;
-          t.b = -1;
-        }
-      }
+      divide_by_velocities(p, velocity, other);
     }
-    bool same = true;
-    for (const Term& t : p) same = same && (are_alike(t.c, p[0].c) || are_alike(t.c, Coefficient(-p[0].c.value)));
-    Coefficient factor = 1.0;
-    if (same) {
-      factor = p[0].c;
-      for (Term& t : p) t.c = are_alike(t.c, factor) ? 1.0 : -1.0;
-    }
+    const Coefficient factor = taken_out(p);
     const int sum = sum_node(p);
     const int whole = graph_.product(outside, sum);
     return graph_.scaled(divisor < 0 ? whole : graph_.quotient(whole, divisor), factor);
   }
 
  private:
+  // The powers of atoms that all terms have in common.
+  constexpr Monomial common_atoms(const Polynomial& p) const {
+    Monomial common = monomials_[p[0].monomial];
+    for (const Term& t : p) {
+      const Monomial& m = monomials_[t.monomial];
+      int kept = 0;
+      for (int i = 0; i < common.count; ++i) {
+        const int x = common.factor[i].exponent, y = m.exponent_of(common.factor[i].atom);
+        const int e = x > 0 && y > 0 ? std::min(x, y) : x < 0 && y < 0 ? std::max(x, y) : 0;
+        if (e != 0) common.factor[kept++] = {common.factor[i].atom, e};
+      }
+      common.count = kept;
+    }
+    return common;
+  }
+
+  // The velocities that all terms have in common: two, one and −1, or −1 twice.
+  static constexpr std::pair<int, int> common_velocities(const Polynomial& p) {
+    int velocity = p[0].a, other = p[0].b;
+    for (const Term& t : p) {
+      if (other >= 0 && (t.a != velocity || t.b != other)) {
+        if (t.a == other || t.b == other) velocity = other;
+        other = -1;
+      }
+      if (velocity >= 0 && t.a != velocity && t.b != velocity) velocity = -1;
+    }
+    return {velocity, other};
+  }
+
+  static constexpr void divide_by_velocities(Polynomial& p, int velocity, int other) {
+    for (Term& t : p) {
+      if (other >= 0) {
+        t.a = t.b = -1;
+      } else {
+        t.a = t.a == velocity ? t.b : t.a;
+        t.b = -1;
+      }
+    }
+  }
+
+  // Divides the terms by the coefficient that all have up to its sign, and returns it; one where there is none.
+  static constexpr Coefficient taken_out(Polynomial& p) {
+    bool same = true;
+    for (const Term& t : p) same = same && (are_alike(t.c, p[0].c) || are_alike(t.c, Coefficient(-p[0].c.value)));
+    if (!same) return 1.0;
+    const Coefficient factor = p[0].c;
+    for (Term& t : p) t.c = are_alike(t.c, factor) ? 1.0 : -1.0;
+    return factor;
+  }
+
   constexpr int node_of_monomial(int monomial) {
     const Monomial m = monomials_[monomial];
     int above = -1, below = -1;

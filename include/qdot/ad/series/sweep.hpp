@@ -232,6 +232,9 @@ class Sweep {
   }
 
   void compile(Graph& graph, const SweepOutputs& outputs);
+  void add_node(const class SweptNodes& nodes, int w, int& next_factor, std::vector<End>& made);
+  void add_affine_terms(const SweptNodes& nodes, int w, Formula& s);
+  void add_arguments(const SweptNodes& nodes, int w, Formula& s);
   void pair_sines_with_cosines();
   int add_interior(const Formula& s);
   int final_lane(int lane) const;
@@ -243,6 +246,14 @@ class Sweep {
   Solution solution(class LineList& lines, std::vector<Number> v, std::vector<Number> mu) const;
   static constexpr std::size_t triangle(std::size_t n) { return n * (n + 1) / 2; }
   void write_ends(const std::vector<End>& ends, const std::vector<char>& is_late, const std::vector<char>& is_read, Number next);
+  Number after_inputs(const std::vector<char>& is_late, Number next);
+  std::vector<Number> finished_interiors(LineList& early) const;
+  using EndTerm = std::pair<int, Number>;  // which of an end's terms, and its coefficient
+  std::vector<EndTerm> terms_in(const std::vector<Number>& number, const End& end, const std::vector<char>& is_constant) const;
+  Number end_sum(LineList& lines, const End& end, const std::vector<EndTerm>& terms, const std::vector<Number>& interior) const;
+  void solve_for_late(LineList& early, const std::vector<Number>& interior);
+  void set_rows();
+  void set_tables(std::array<formula::LineTable, 2> tables, const std::vector<char>& is_read);
 
   static constexpr int weighted_mark = 1 << 28, square_mark = 1 << 29;  // on lanes that are not placed yet
 

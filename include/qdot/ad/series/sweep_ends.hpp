@@ -117,21 +117,7 @@ class LineList {
 
 // @param is_late, is_read  of slots: depends on late variables, is asked for by the caller
 [[gnu::cold]] inline void Sweep::write_ends(const std::vector<End>& ends, const std::vector<char>& is_late, const std::vector<char>& is_read, Number next) {
-  mass_factors_ = next;
-  next += static_cast<Number>(recurrence_.mass.size());
-  row_factors_ = next;
-  next += static_cast<Number>(2 * recurrence_.jacobian.size() + triangle(recurrence_.rows.size()));
-  first_rate_ = next;  // which the late table writes
-  next += static_cast<Number>(rates_.size());
-  interiors_ = next;
-  const std::size_t lanes = rounded_to_row(plain_.size() + weighted_.size()) + rounded_to_row(squares_.size());
-  next += static_cast<Number>(lanes);
-  for (auto& number : number_) number.assign(values_.size(), zero);
-  for (const auto* list : {&variables_, &constants_})
-    for (const int slot : *list) {
-      number_[1][index(slot)] = next++;
-      if (!is_late[index(slot)]) number_[0][index(slot)] = number_[1][index(slot)];
-    }
+  next = after_inputs(is_late, next);
   std::vector<char> is_constant(values_.size(), 0);  // whose coefficients are zero
   for (const int slot : constants_) is_constant[index(slot)] = 1;
 
@@ -141,8 +127,46 @@ class LineList {
     number_[0][slot] = number_[1][slot] = early.product(rate_number, first_rate_ + static_cast<Number>(i));
   }
   if (recurrence_.time >= 0) time_ = number_[1][index(recurrence_.time)];
-  std::vector<Number> interior(lanes);
-  for (std::size_t lane = 0; lane < lanes; ++lane) interior[lane] = static_cast<Number>(interiors_ + lane);
+  const std::vector<Number> interior = finished_interiors(early);
+  for (const End& end : ends) {
+    if (!end.early) continue;
+    number_[0][index(end.slot)] = end_sum(early, end, terms_in(number_[0], end, is_constant), interior);
+    if (!is_late[index(end.slot)]) number_[1][index(end.slot)] = number_[0][index(end.slot)];
+  }
+  if (!recurrence_.momenta.empty()) solve_for_late(early, interior);
+  LineList late(next, 3 * ends.size());
+  for (const End& end : ends)
+    if (end.late) number_[1][index(end.slot)] = end_sum(late, end, terms_in(number_[1], end, is_constant), interior);
+  for (std::size_t i = 0; i < rates_.size(); ++i) late.copy(number_[1][index(rates_[i])], first_rate_ + static_cast<Number>(i));
+
+  x_.assign(next, 0.0);
+  set_rows();
+  set_tables({early.finished(), late.finished()}, is_read);
+}
+
+// Numbers what the early table reads and does not write, from `next` on; returns the number after them.
+[[gnu::cold]] inline Sweep::Number Sweep::after_inputs(const std::vector<char>& is_late, Number next) {
+  mass_factors_ = next;
+  next += static_cast<Number>(recurrence_.mass.size());
+  row_factors_ = next;
+  next += static_cast<Number>(2 * recurrence_.jacobian.size() + triangle(recurrence_.rows.size()));
+  first_rate_ = next;  // which the late table writes
+  next += static_cast<Number>(rates_.size());
+  interiors_ = next;
+  next += static_cast<Number>(rounded_to_row(plain_.size() + weighted_.size()) + rounded_to_row(squares_.size()));
+  for (auto& number : number_) number.assign(values_.size(), zero);
+  for (const auto* list : {&variables_, &constants_})
+    for (const int slot : *list) {
+      number_[1][index(slot)] = next++;
+      if (!is_late[index(slot)]) number_[0][index(slot)] = number_[1][index(slot)];
+    }
+  return next;
+}
+
+// Numbers of the interiors, of each lane.
+[[gnu::cold]] inline std::vector<Sweep::Number> Sweep::finished_interiors(LineList& early) const {
+  std::vector<Number> interior(rounded_to_row(plain_.size() + weighted_.size()) + rounded_to_row(squares_.size()));
+  for (std::size_t lane = 0; lane < interior.size(); ++lane) interior[lane] = static_cast<Number>(interiors_ + lane);
   for (std::size_t i = 0; i < weighted_.size(); ++i) {
     Number& sum = interior[plain_.size() + i];
     sum = early.product(sum, inverse_order_number);
@@ -153,48 +177,52 @@ class LineList {
     interior[index(s.lane)] = early.product(static_cast<Number>(s.factor + 1), both);
   }
   for (const Interior& s : second_arguments_) interior[index(s.lane)] = early.sum(interior[index(s.lane)], interior[index(s.other)]);
+  return interior;
+}
 
-  const auto write = [&](LineList& lines, const End& end, const std::vector<Number>& number) {
-    const auto is_zero = [&](int slot) { return number[index(slot)] == zero || is_constant[index(slot)] != 0; };
-    std::vector<std::pair<int, Number>> terms;  // which, and its coefficient
-    for (int i = 0; i < end.terms; ++i)
-      if (const int slot = terms_[index(end.first + i)]; !is_zero(slot)) terms.push_back({i, number[index(slot)]});
-    if (end.lane >= 0) {
-      Number sum = interior[index(end.lane)];
-      for (const auto& [i, coefficient] : terms) sum = lines.product_sum(static_cast<Number>(end.factor + i), coefficient, sum);
-      return sum;
-    }
-    if (terms.empty()) return zero;
-    const auto factor = [&](std::size_t i) { return factors_[index(end.first + terms[i].first)]; };
-    if (terms.size() == 1) return lines.scaled(factor(0), terms[0].second);
-    Number sum = lines.combination(factor(0), terms[0].second, factor(1), terms[1].second);
-    for (std::size_t i = 2; i < terms.size(); ++i) sum = lines.combination(1.0, sum, factor(i), terms[i].second);
+// The terms of an end that are not zero, where coefficients have these numbers.
+[[gnu::cold]] inline std::vector<Sweep::EndTerm> Sweep::terms_in(const std::vector<Number>& number, const End& end,
+                                                                 const std::vector<char>& is_constant) const {
+  const auto is_zero = [&](int slot) { return number[index(slot)] == zero || is_constant[index(slot)] != 0; };
+  std::vector<EndTerm> terms;
+  for (int i = 0; i < end.terms; ++i)
+    if (const int slot = terms_[index(end.first + i)]; !is_zero(slot)) terms.push_back({i, number[index(slot)]});
+  return terms;
+}
+
+// Writes the lines of an end; returns the number of the coefficient that they make.
+[[gnu::cold]] inline Sweep::Number Sweep::end_sum(LineList& lines, const End& end, const std::vector<EndTerm>& terms,
+                                                  const std::vector<Number>& interior) const {
+  if (end.lane >= 0) {
+    Number sum = interior[index(end.lane)];
+    for (const auto& [i, coefficient] : terms) sum = lines.product_sum(static_cast<Number>(end.factor + i), coefficient, sum);
     return sum;
-  };
-  for (const End& end : ends) {
-    if (!end.early) continue;
-    number_[0][index(end.slot)] = write(early, end, number_[0]);
-    if (!is_late[index(end.slot)]) number_[1][index(end.slot)] = number_[0][index(end.slot)];
   }
-  if (!recurrence_.momenta.empty()) {
-    std::vector<Number> right, rows;
-    for (std::size_t i = 0; i < recurrence_.momenta.size(); ++i)
-      right.push_back(early.product(rate_number, first_rate_ + static_cast<Number>(recurrence_.rates.size() + i)));
-    for (const Reaction& of : reactions_) right[of.column] = early.product_sum(rate_number, interior[index(of.lane)], right[of.column]);
-    for (std::size_t i = 0; i < right.size(); ++i)
-      if (const Number p = number_[0][index(recurrence_.momenta[i])]; p != zero) right[i] = early.difference(right[i], p);
-    for (const int slot : recurrence_.rows) rows.push_back(early.scaled(-1.0, number_[0][index(slot)]));
-    const Solution found = solution(early, std::move(right), std::move(rows));
-    for (std::size_t i = 0; i < found.late.size(); ++i) number_[1][index(recurrence_.late[i])] = found.late[i];
-    for (std::size_t r = 0; r < found.multipliers.size(); ++r)
-      number_[1][first_multiplier_ + r] = early.quotient(found.multipliers[r], rate_number);
-  }
-  LineList late(next, 3 * ends.size());
-  for (const End& end : ends)
-    if (end.late) number_[1][index(end.slot)] = write(late, end, number_[1]);
-  for (std::size_t i = 0; i < rates_.size(); ++i) late.copy(number_[1][index(rates_[i])], first_rate_ + static_cast<Number>(i));
+  if (terms.empty()) return zero;
+  const auto factor = [&](std::size_t i) { return factors_[index(end.first + terms[i].first)]; };
+  if (terms.size() == 1) return lines.scaled(factor(0), terms[0].second);
+  Number sum = lines.combination(factor(0), terms[0].second, factor(1), terms[1].second);
+  for (std::size_t i = 2; i < terms.size(); ++i) sum = lines.combination(1.0, sum, factor(i), terms[i].second);
+  return sum;
+}
 
-  x_.assign(next, 0.0);
+// The lines of a recurrence that give the late variables' coefficients, and the multipliers.
+[[gnu::cold]] inline void Sweep::solve_for_late(LineList& early, const std::vector<Number>& interior) {
+  std::vector<Number> right, rows;
+  for (std::size_t i = 0; i < recurrence_.momenta.size(); ++i)
+    right.push_back(early.product(rate_number, first_rate_ + static_cast<Number>(recurrence_.rates.size() + i)));
+  for (const Reaction& of : reactions_) right[of.column] = early.product_sum(rate_number, interior[index(of.lane)], right[of.column]);
+  for (std::size_t i = 0; i < right.size(); ++i)
+    if (const Number p = number_[0][index(recurrence_.momenta[i])]; p != zero) right[i] = early.difference(right[i], p);
+  for (const int slot : recurrence_.rows) rows.push_back(early.scaled(-1.0, number_[0][index(slot)]));
+  const Solution found = solution(early, std::move(right), std::move(rows));
+  for (std::size_t i = 0; i < found.late.size(); ++i) number_[1][index(recurrence_.late[i])] = found.late[i];
+  for (std::size_t r = 0; r < found.multipliers.size(); ++r)
+    number_[1][first_multiplier_ + r] = early.quotient(found.multipliers[r], rate_number);
+}
+
+// Where the factors of the interiors stand.
+[[gnu::cold]] inline void Sweep::set_rows() {
   std::vector<Number> left, right, squared;
   for (const auto* list : {&plain_, &weighted_})
     for (const Lane& lane : *list) {
@@ -202,21 +230,24 @@ class LineList {
       right.push_back(number_[1][index(lane.right)]);
     }
   for (const int slot : squares_) squared.push_back(number_[1][index(slot)]);
-  std::vector<int> read;
-  for (const auto* list : {&left, &right, &squared}) read.insert(read.end(), list->begin(), list->end());
-  for (std::size_t slot = 0; slot < values_.size(); ++slot)
-    if (slot >= first_multiplier_ || is_read[slot] != 0)
-      for (const auto& number : number_) read.push_back(static_cast<int>(number[slot]));
   rows_.first_weighted = plain_.size();
   rows_.left.set(std::move(left), highest_);
   rows_.right.set(std::move(right), highest_);
   rows_.squares.set(std::move(squared), highest_);
-  std::array<formula::LineTable, 2> tables{early.finished(), late.finished()};
-  std::array<std::vector<int>, 2> by_other;  // what the other table reads
+}
+
+// Each table knows what of it is read: by the rows, by the caller and by the other table.
+[[gnu::cold]] inline void Sweep::set_tables(std::array<formula::LineTable, 2> tables, const std::vector<char>& is_read) {
+  std::vector<int> read;
+  for (const auto* list : {&rows_.left.places, &rows_.right.places, &rows_.squares.places}) read.insert(read.end(), list->begin(), list->end());
+  for (std::size_t slot = 0; slot < values_.size(); ++slot)
+    if (slot >= first_multiplier_ || is_read[slot] != 0)
+      for (const auto& number : number_) read.push_back(static_cast<int>(number[slot]));
+  std::array<std::vector<int>, 2> by_other;
   for (std::size_t i = 0; i < 2; ++i)
     for (const Line& line : tables[i].lines) for_each_operand(line, [&](Number number) { by_other[1 - i].push_back(static_cast<int>(number)); });
   for (std::size_t i = 0; i < 2; ++i) {
-    ends_[i].set(std::move(tables[i]), next);
+    ends_[i].set(std::move(tables[i]), x_.size());
     ends_[i].add_read(by_other[i]);
     ends_[i].add_read(read);
   }

@@ -201,84 +201,107 @@ class EquationDerivation {
     return std::all_of(kept.begin(), kept.end(), [&](int j) { return j == i || M[entry(i, j)].empty(); });
   }
 
+  // q̈ where it can be solved for as by hand.
   void solve(EquationsOfMotion& e) {
-    std::vector<Expression> found(at(n_));
-    std::vector<char> is_found(at(n_), 0);
-    if (!has_terms_) {
-      for (int i = 0; i < n_; ++i)
-        for (int j = 0; j < i; ++j)
-          if (!layout_.collected(M_[entry(i, j)]).empty()) return;
-      for (int i = 0; i < n_; ++i) e.qddot.push_back({acceleration(i), quotient(r_[at(i)], M_[entry(i, i)])});
-      return;
+    if (!has_terms_) return solve_uncoupled(e);
+    Elimination s{by_terms_.mass, by_terms_.right, {}, std::vector<Expression>(at(n_))};
+    for (int i = 0; i < n_; ++i) s.kept.push_back(i);
+    for (;;) {
+      take_uncoupled(s);
+      const int k = pivot_of(s);
+      if (k < 0) break;
+      if (!eliminate(s, k)) return;
     }
-    std::vector<Polynomial> M = by_terms_.mass, r = by_terms_.right;
+    if (s.kept.size() == 2 && !solve_by_cramer(s)) return;
+    if (!s.kept.empty()) return;
+    for (int i = 0; i < n_; ++i) e.qddot.push_back({acceleration(i), s.found[at(i)]});
+  }
+
+  // Of a diagonal M.
+  void solve_uncoupled(EquationsOfMotion& e) {
+    for (int i = 0; i < n_; ++i)
+      for (int j = 0; j < i; ++j)
+        if (!layout_.collected(M_[entry(i, j)]).empty()) return;
+    for (int i = 0; i < n_; ++i) e.qddot.push_back({acceleration(i), quotient(r_[at(i)], M_[entry(i, i)])});
+  }
+
+  // M q̈ = r in the coordinates that are kept, and q̈ of those that are not.
+  struct Elimination {
+    std::vector<Polynomial> M, r;
     std::vector<int> kept;
-    for (int i = 0; i < n_; ++i) kept.push_back(i);
-    constexpr std::size_t longest = 40;  // terms of a right-hand side
-    const auto take = [&](int i, Expression x) {
+    std::vector<Expression> found;
+
+    void take(int i, Expression x) {
       found[at(i)] = std::move(x);
-      is_found[at(i)] = 1;
       std::erase(kept, i);
+    }
+  };
+
+  // Takes the coordinates that are coupled to no other one.
+  void take_uncoupled(Elimination& s) const {
+    for (const int i : std::vector<int>(s.kept))
+      if (is_alone(i, s.M, s.kept)) s.take(i, quotient(flat(s.r[at(i)]), flat(s.M[entry(i, i)])));
+  }
+
+  // The last of the coordinates that are eliminated most easily: their diagonal entry is a single term. −1 where there is none.
+  int pivot_of(const Elimination& s) const {
+    int best = -1, best_cost = 0;
+    for (const int k : s.kept) {
+      if (s.M[entry(k, k)].size() != 1) continue;
+      int cost = is_constant(s.M[entry(k, k)][0]) ? 0 : 100;
+      for (const int i : s.kept) cost += !s.M[entry(i, k)].empty();
+      if (best < 0 || cost <= best_cost) {
+        best = k;
+        best_cost = cost;
+      }
+    }
+    return best;
+  }
+
+  // Eliminates coordinate k; false where a right-hand side becomes too long.
+  bool eliminate(Elimination& s, int k) {
+    const formula::Term pivot = s.M[entry(k, k)][0];
+    FlatSum right = flat(s.r[at(k)]);
+    std::erase(s.kept, k);
+    for (const int i : s.kept) {
+      if (s.M[entry(i, k)].empty()) continue;
+      for (const int j : s.kept)
+        if (j <= i) s.M[entry(i, j)] = d_.reduced(s.M[entry(i, j)], s.M[entry(i, k)], s.M[entry(j, k)], pivot);
+      s.r[at(i)] = d_.reduced(s.r[at(i)], s.M[entry(i, k)], s.r[at(k)], pivot);
+      if (s.r[at(i)].size() > longest) return false;
+      for (FlatTerm t : accelerated(flat(s.M[entry(i, k)]), i)) {
+        t.number = -t.number;
+        right.push_back(std::move(t));
+      }
+    }
+    s.take(k, quotient(right, flat({pivot})));
+    return true;
+  }
+
+  // Solves for the two coordinates that are kept; false where a right-hand side becomes too long.
+  bool solve_by_cramer(Elimination& s) const {
+    const int i = s.kept[0], j = s.kept[1];
+    const Polynomial &a = s.M[entry(i, i)], &b = s.M[entry(i, j)], &c = s.M[entry(j, j)];
+    const FlatSum determinant = difference_of_products(a, c, b, b);
+    if (s.r[at(i)].size() * c.size() > longest) return false;
+    s.take(i, quotient(difference_of_products(s.r[at(i)], c, s.r[at(j)], b), determinant));
+    s.take(j, quotient(difference_of_products(s.r[at(j)], a, s.r[at(i)], b), determinant));
+    return true;
+  }
+
+  // a b − c d
+  FlatSum difference_of_products(const Polynomial& a, const Polynomial& b, const Polynomial& c, const Polynomial& d) const {
+    FlatSum sum;
+    const auto add_product = [&](const Polynomial& x, const Polynomial& y, double sign) {
+      for (const FlatTerm& s : flat(x))
+        for (const FlatTerm& t : flat(y)) {
+          sum.push_back(layout_.product(s, t));
+          sum.back().number *= sign;
+        }
     };
-    for (bool again = true; again;) {
-      again = false;
-      for (const int i : std::vector<int>(kept))
-        if (is_alone(i, M, kept)) {
-          take(i, quotient(flat(r[at(i)]), flat(M[entry(i, i)])));
-          again = true;
-        }
-      int best = -1, best_cost = 0;
-      for (const int k : kept) {
-        if (M[entry(k, k)].size() != 1) continue;
-        int cost = is_constant(M[entry(k, k)][0]) ? 0 : 100;
-        for (const int i : kept) cost += !M[entry(i, k)].empty();
-        if (best < 0 || cost <= best_cost) {
-          best = k;
-          best_cost = cost;
-        }
-      }
-      if (best < 0) break;
-      again = true;
-      const formula::Term pivot = M[entry(best, best)][0];
-      FlatSum right = flat(r[at(best)]);
-      std::erase(kept, best);
-      for (const int i : kept) {
-        if (M[entry(i, best)].empty()) continue;
-        for (const int j : kept)
-          if (j <= i) M[entry(i, j)] = d_.reduced(M[entry(i, j)], M[entry(i, best)], M[entry(j, best)], pivot);
-        r[at(i)] = d_.reduced(r[at(i)], M[entry(i, best)], r[at(best)], pivot);
-        if (r[at(i)].size() > longest) return;
-        for (FlatTerm t : accelerated(flat(M[entry(i, best)]), i)) {
-          t.number = -t.number;
-          right.push_back(std::move(t));
-        }
-      }
-      take(best, quotient(right, flat({pivot})));
-    }
-    if (kept.size() == 2) {
-      const int i = kept[0], j = kept[1];
-      auto product = [&](const Polynomial& x, const Polynomial& y, double sign) {
-        FlatSum sum;
-        for (const FlatTerm& a : flat(x))
-          for (const FlatTerm& b : flat(y)) {
-            sum.push_back(layout_.product(a, b));
-            sum.back().number *= sign;
-          }
-        return sum;
-      };
-      const auto cross = [&](const Polynomial& a, const Polynomial& b, const Polynomial& c, const Polynomial& d) {
-        FlatSum sum = product(a, b, 1.0);
-        for (FlatTerm& t : product(c, d, -1.0)) sum.push_back(std::move(t));
-        return sum;
-      };
-      const Polynomial &a = M[entry(i, i)], &b = M[entry(i, j)], &c = M[entry(j, j)];
-      const FlatSum determinant = cross(a, c, b, b);
-      if (r[at(i)].size() * c.size() > longest) return;
-      take(i, quotient(cross(r[at(i)], c, r[at(j)], b), determinant));
-      take(j, quotient(cross(r[at(j)], a, r[at(i)], b), determinant));
-    }
-    if (!kept.empty()) return;
-    for (int i = 0; i < n_; ++i) e.qddot.push_back({acceleration(i), found[at(i)]});
+    add_product(a, b, 1.0);
+    add_product(c, d, -1.0);
+    return sum;
   }
 
   // Made of parameters alone.
@@ -289,6 +312,8 @@ class EquationDerivation {
           if (!layout_.is_parameter(part.first)) return false;
     return true;
   }
+
+  static constexpr std::size_t longest = 40;  // terms of a right-hand side
 
   int n_;
   qdot::detail::DerivationByTerms d_;
