@@ -174,3 +174,11 @@ TEST_CASE("a crowd of marks is a rug at the bottom, one path with its name and n
   CHECK(count(drawn, ">hit</text>") == 1);
   CHECK(count(drawn, ">sample, 800×</text>") == 1);
 }
+
+TEST_CASE("equal units on a logarithmic axis are refused") {
+  Plot plot = line_plot({1, 10}, {0, 1});
+  plot.equal_units = true;
+  CHECK_NOTHROW(svg(plot));
+  plot.x.scale = Scale::logarithmic;
+  CHECK_THROWS_AS(svg(plot), qdot::InvalidValue);
+}

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/error.hpp"
 #include "qdot/report/number.hpp"
 
 namespace qdot::report {
@@ -56,10 +57,16 @@ struct Plot {
   std::vector<Series> series{};  ///< one over the other
   double width = 720;            ///< px
   double height = 270;           ///< px
-  bool equal_units = false;      ///< one unit is equally long on both axes (orbits, trails)
+  bool equal_units = false;      ///< one unit is equally long on both axes, which are linear (orbits, trails)
   bool time_axis = false;        ///< x is the time of the animation: a page moves a cursor along it
   std::vector<Mark> marks{};     ///< vertical lines behind the curves, in the order of x
 };
+
+/// @throws InvalidValue  an axis is logarithmic: units of it have no length
+inline void require_linear_axes(const Plot& plot) {
+  if (plot.x.scale != Scale::linear || plot.y.scale != Scale::linear)
+    throw InvalidValue("a plot with equal_units must have two linear axes, but one is logarithmic; leave one or the other");
+}
 
 /// A mark of an axis.
 struct Tick {

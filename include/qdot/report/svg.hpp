@@ -331,6 +331,7 @@ inline PlotLayout layout_of(const Plot& plot) {
   Ticks y_ticks = ticks(plot.y, y_range, bottom - top, 36);
   const double left = left_edge(y_ticks);
   if (plot.equal_units) {
+    require_linear_axes(plot);
     equalize(x_range, y_range, right - left, bottom - top);
     y_ticks = ticks(plot.y, y_range, bottom - top, 36);
   }
