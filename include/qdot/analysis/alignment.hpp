@@ -65,8 +65,8 @@ bool grows_as_chaos_does(const Alignment& found, double t0) {
   return growth > 4.5 && growth - found.growth[std::min(k, found.growth.size() - 1)] > 0.35 * growth;
 }
 
-template <class MatrixXd>
-Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorXd& y0, double t_end, const AlignmentOptions& options) {
+template <class = void>  // compiled only where it is called
+void require_alignment(double t0, double t_end, const AlignmentOptions& options) {
   if (!std::isfinite(t_end) || t_end == t0)
     throw_invalid_value({"the end of the run must be finite and not its start, but it is ", t_end, " from ", t0, "; give it a time"});
   if (!(options.interval >= 0.0) || !std::isfinite(options.interval))
@@ -75,6 +75,41 @@ Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorX
     throw_invalid_value({"the index below which deviations are aligned must lie from 0 to 1, but is ", options.aligned, "; 1e-8 is usual"});
   if (options.deviations < 2)
     throw_invalid_value({"an alignment is of two deviations or more, but ", options.deviations, " were asked for; ask for 2"});
+}
+
+// Scales deviations to length 1; returns ln of the length that the first one had.
+template <class MatrixXd>
+double scale_to_directions(MatrixXd& deviations) {
+  double growth = 0.0;
+  for (Eigen::Index j = 0; j < deviations.cols(); ++j) {
+    const double length = deviations.col(j).norm();
+    deviations.col(j) /= length;
+    if (j == 0) growth = std::log(length);
+  }
+  return growth;
+}
+
+// GALI of directions, which are orthonormalized.
+template <class MatrixXd>
+double volume_of_directions(MatrixXd directions) {
+  const double volume = lengths_of_orthonormalized(directions).prod();
+  return volume > 0.0 ? volume : 0.0;  // one depends on the others exactly
+}
+
+// The end of a run that has taken deviations away.
+//
+// @param lengths  of deviations at t, orthonormalized
+template <class = void>  // compiled only where it is called
+void end_with_lost_deviations(RunEnd& end, double t, const Eigen::VectorXd& lengths) {
+  end.outcome = Outcome::not_differentiable;
+  end.message = sentence({name(end.outcome), ": ", lengths.size(), " deviations must remain different, but at t = ", t,
+                          " a contact that closes or a friction that sticks leaves ", (lengths.array() * parts_too_far > lengths.maxCoeff()).count(),
+                          " of them, which says nothing of chaos; ask for so many, if they are two or more"});
+}
+
+template <class MatrixXd>
+Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorXd& y0, double t_end, const AlignmentOptions& options) {
+  require_alignment(t0, t_end, options);
   const double forward = t_end < t0 ? -1.0 : 1.0, duration = std::abs(t_end - t0);
   const double resolved = 8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t_end));
   double interval = std::max(options.interval > 0.0 ? std::min(options.interval, duration) : duration / 100.0, resolved);
@@ -103,21 +138,13 @@ Alignment alignment_of(const FlowInPieces& flow, double t0, const Eigen::VectorX
       continue;
     }
     if (parts) {
-      result.outcome = Outcome::not_differentiable;
-      result.message = sentence({name(result.outcome), ": ", options.deviations, " deviations must remain different, but at t = ", piece.t,
-                                 " a contact that closes or a friction that sticks leaves ", (lengths.array() * parts_too_far > lengths.maxCoeff()).count(),
-                                 " of them, which says nothing of chaos; ask for so many, if they are two or more"});
+      end_with_lost_deviations(result, piece.t, lengths);
       return result;
     }
-    for (Eigen::Index j = 0; j < directions.cols(); ++j) {
-      const double length = directions.col(j).norm();
-      directions.col(j) /= length;
-      if (j == 0) growth += std::log(length);
-    }
+    growth += scale_to_directions(directions);
     W = directions;
     Q = basis;
-    double volume = lengths_of_orthonormalized(directions).prod();
-    if (!(volume > 0.0)) volume = 0.0;  // one depends on the others exactly
+    const double volume = volume_of_directions(directions);
     result.t = piece.t;
     result.y = piece.y;
     result.times.push_back(result.t);

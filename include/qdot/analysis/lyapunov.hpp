@@ -112,26 +112,54 @@ Eigen::VectorXd standard_errors(const LyapunovSpectrum& found, double begun) {
   return (error / (parts_of_time * (parts_of_time - 1))).cwiseSqrt();
 }
 
+// The exponents as they are at the end, and their errors.
+template <class = void>  // compiled only where it is called
+void write_exponents(LyapunovSpectrum& result, double begun) {
+  if (result.message.empty()) result.message = sentence({name(result.outcome), " at t = ", result.t});
+  if (result.running.empty()) return;
+  result.lambda = result.running.back();
+  result.standard_error = standard_errors(result, begun);
+}
+
+// @param resolved  the shortest interval that times of this size resolve
+template <class = void>  // compiled only where it is called
+void require_exponents(double t0, double t_end, double interval, double settle, double resolved) {
+  if (!std::isfinite(t_end) || t_end == t0)
+    throw_invalid_value({"the end of the run must be finite and not its start, but it is ", t_end, " from ", t0, "; give it a time"});
+  if (interval > 0.0 && interval <= resolved)
+    throw_invalid_value({"the interval between orthonormalizations must be longer than the times resolve, but ", interval, " is below ", {resolved, 3},
+                         "; make it longer, or count the time from a moment that is near"});
+  if (!(interval > 0.0) || !std::isfinite(interval))
+    throw_invalid_value({"the interval between orthonormalizations must be positive, but is ", interval,
+                         "; give it some fraction of the time in which deviations grow tenfold"});
+  const double forward = t_end < t0 ? -1.0 : 1.0;
+  if (!(settle >= 0.0) || !(forward * (t_end - (t0 + forward * settle)) > 0.0))
+    throw_invalid_value({"the time to settle must lie within the run, but is ", settle, " of ", std::abs(t_end - t0), "; give it less, or run longer"});
+}
+
+// The end of a run whose deviations have become too much alike.
+//
+// @param length  of each deviation, orthonormalized, at t
+template <class = void>  // compiled only where it is called
+void end_without_deviations(RunEnd& end, double t, const Eigen::VectorXd& length) {
+  const double longest = length.maxCoeff(), shortest = length.minCoeff();
+  end.outcome = Outcome::not_differentiable;
+  const Eigen::Index left = longest > 0.0 ? (length.array() * parts_too_far > longest).count() : 0;
+  end.message = sentence({name(end.outcome), ": ", length.size(), " deviations must remain different, but at t = ", t, " one has shrunk to ", shortest,
+                          " of its length at once; ", left > 0 ? "ask for fewer directions, of which there are left " : "none is left, so end the run earlier",
+                          left > 0 ? std::to_string(left) : std::string()});
+}
+
 template <class MatrixXd>
 LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const Eigen::VectorXd& y0, double t_end, const LyapunovOptions& options) {
   const double duration = std::abs(t_end - t0), forward = t_end < t0 ? -1.0 : 1.0;
   const double settle = options.settle.value_or(0.1 * duration);
-  if (!std::isfinite(t_end) || t_end == t0)
-    throw_invalid_value({"the end of the run must be finite and not its start, but it is ", t_end, " from ", t0, "; give it a time"});
   const double resolved = 8.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t_end));
-  if (options.interval > 0.0 && options.interval <= resolved)
-    throw_invalid_value({"the interval between orthonormalizations must be longer than the times resolve, but ", options.interval, " is below ", {resolved, 3},
-                         "; make it longer, or count the time from a moment that is near"});
-  if (!(options.interval > 0.0) || !std::isfinite(options.interval))
-    throw_invalid_value({"the interval between orthonormalizations must be positive, but is ", options.interval,
-                         "; give it some fraction of the time in which deviations grow tenfold"});
+  require_exponents(t0, t_end, options.interval, settle, resolved);
   double settled = t0 + forward * settle;
-  if (!(settle >= 0.0) || !(forward * (t_end - settled) > 0.0))
-    throw_invalid_value({"the time to settle must lie within the run, but is ", settle, " of ", duration, "; give it less, or run longer"});
   LyapunovSpectrum result{{.t = t0, .y = y0}};
   MatrixXd Q = first_deviations<MatrixXd>(flow, t0, y0, options.directions);
-  const Eigen::Index count = Q.cols();
-  Eigen::VectorXd sum = Eigen::VectorXd::Zero(count);
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(Q.cols());
   double begun = t0, interval = std::max(std::min(options.interval, duration - settle), resolved);
   bool counts = settled == t0;
   const double smallest = std::max(1e-9 * interval, resolved);
@@ -154,17 +182,12 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
     }
     MatrixXd along = piece.Phi * Q;
     const Eigen::VectorXd length = lengths_of_orthonormalized(along);
-    const double longest = length.maxCoeff(), shortest = length.minCoeff();
-    if (!(shortest > 0.0 && longest <= parts_too_far * shortest)) {
+    if (!(length.minCoeff() > 0.0 && length.maxCoeff() <= parts_too_far * length.minCoeff())) {
       if (interval > smallest) {
         interval *= 0.5;
         continue;
       }
-      result.outcome = Outcome::not_differentiable;
-      const Eigen::Index left = longest > 0.0 ? (length.array() * parts_too_far > longest).count() : 0;
-      result.message = sentence({name(result.outcome), ": ", count, " deviations must remain different, but at t = ", piece.t, " one has shrunk to ", shortest,
-                                 " of its length at once; ", left > 0 ? "ask for fewer directions, of which there are left " : "none is left, so end the run earlier",
-                                 left > 0 ? std::to_string(left) : std::string()});
+      end_without_deviations(result, piece.t, length);
       break;
     }
     if (counts) sum += length.array().log().matrix();
@@ -179,10 +202,7 @@ LyapunovSpectrum lyapunov_spectrum_of(const FlowInPieces& flow, double t0, const
       begun = result.t;
     }
   }
-  if (result.message.empty()) result.message = sentence({name(result.outcome), " at t = ", result.t});
-  if (result.running.empty()) return result;
-  result.lambda = result.running.back();
-  result.standard_error = standard_errors(result, begun);
+  write_exponents(result, begun);
   return result;
 }
 

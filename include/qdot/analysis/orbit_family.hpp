@@ -26,6 +26,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -116,133 +117,183 @@ struct OrbitFamily : OrbitsOfFamily {
 
 namespace detail {
 
-// The first orbit is sought with everything held; then all is free but what `held` says.
 template <class = void>  // compiled only where it is called
-OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn& in, Held held, const FamilyOptions& options) {
-  constexpr const char* who = "family_of_orbits";
-  constexpr double least_step = 1e-6, least_cosine = 0.9;
-  using What = BranchQuantity::What;
-  const Eigen::Index N = of.size();
-  const BranchQuantity quantity{in.what};
+void require_family(const char* who, const Shooting& of, const Eigen::VectorXd& X, const FamilyIn& in, const FamilyOptions& options) {
   if (!std::isfinite(in.until)) throw_invalid_value({who, ": the value to reach must be finite, but is ", in.until, "; give it a number"});
   if (!(options.first_step > 0.0 && options.longest_step >= options.first_step && options.location > 0.0) || options.most_orbits < 2)
     throw_invalid_value({who, ": steps and the tolerance of special points must be positive, the longest step not below the first, and two orbits allowed; "
                               "leave them out for the defaults"});
   for (Eigen::Index i = 0; i < X.size(); ++i)
     if (!std::isfinite(X[i]))
-      throw_invalid_value({who, ": the start must be finite, but ", i < N ? of.name(i) : "the parameter", " is not; give every entry a number"});
+      throw_invalid_value({who, ": the start must be finite, but ", i < of.size() ? of.name(i) : "the parameter", " is not; give every entry a number"});
+}
+
+// The orbit at a point of a branch; stability is not decided where it changes.
+template <class = void>  // compiled only where it is called
+FamilyOrbit family_orbit(const PointOfFamily& b, OrbitKind kind) {
+  const ClosingEnd here{OrbitOutcome::found, b.equations.rows_of(b.point.X, b.point.shot), b.history, {}, {}};
+  FamilyOrbit orbit{orbit_of(b.equations, here), kind, b.quantity};
+  constexpr double apart = 1e-4;  // of multipliers that pass the circle here, as far as the place is known
+  if (kind != OrbitKind::start && kind != OrbitKind::regular && kind != OrbitKind::end && std::abs(orbit.multipliers[0].value) <= 1.0 + apart)
+    orbit.stability = OrbitStability::not_decided;
+  return orbit;
+}
+
+constexpr bool sign_changes(double before, double after) { return (before < 0.0) != (after < 0.0); }
+
+// The kinds of special points that lie between two points of a branch, with functions that change their signs there.
+template <class = void>  // compiled only where it is called
+std::vector<std::pair<OrbitKind, BranchTest>> special_between(const PointOfFamily& at, const PointOfFamily& next) {
+  std::vector<std::pair<OrbitKind, BranchTest>> tests;
+  const bool folds = sign_changes(at.slope, next.slope);
+  if (folds) tests.push_back({OrbitKind::fold, [](const PointOfFamily& b) { return b.slope; }});
+  if (sign_changes(at.at_minus_one, next.at_minus_one)) tests.push_back({OrbitKind::period_doubling, [](const PointOfFamily& b) { return b.at_minus_one; }});
+  if (!folds && sign_changes(at.at_one, next.at_one)) tests.push_back({OrbitKind::branch, [](const PointOfFamily& b) { return b.at_one; }});
+  if ((at.outside > 0) != (next.outside > 0)) tests.push_back({OrbitKind::torus, [](const PointOfFamily& b) { return b.outside > 0 ? 1.0 : -1.0; }});
+  return tests;
+}
+
+// Follows a family from its first orbit; the equations determine all of an orbit but its place in the family.
+template <class = void>  // compiled only where it is made
+class FollowedFamily {
+ public:
+  FollowedFamily(const ClosingEquations& equations, const ClosingEnd& first, const FamilyIn& in, const FamilyOptions& options)
+      : equations_(equations), quantity_{in.what}, in_(in), options_(options), nearby_{std::min(8, options.orbit.max_iterations), options.orbit.tolerance, 0.2},
+        at_(point_of_family(equations, first, quantity_, nullptr)), begin_(at_.quantity), towards_(in.until >= begin_ ? 1.0 : -1.0),
+        step_(options.first_step) {
+    found_.orbits.push_back(family_orbit(at_, OrbitKind::start));
+  }
+
+  OrbitsOfFamily orbits() {
+    constexpr double least_step = 1e-6;
+    if (at_.open != 1) return no_family();
+    if (at_.slope * towards_ < 0.0) {
+      at_.tangent = -at_.tangent;
+      at_.slope = -at_.slope;
+    }
+    while (static_cast<int>(found_.orbits.size()) < options_.most_orbits) {
+      const ClosingEnd end = stepped(at_, step_, nearby_);
+      std::optional<PointOfFamily> next = next_point(end);
+      if (!next) {
+        step_ *= 0.5;
+        if (step_ < least_step * options_.first_step) return lost(end);
+        continue;
+      }
+      turned_ = turned_ || sign_changes(at_.slope, next->slope);
+      const std::optional<FamilyOutcome> outcome = outcome_at(*next);
+      double length = step_;
+      if (outcome) {
+        next = located(at_, *next, step_, [&](const PointOfFamily& b) { return beyond(*outcome, b); }, quantity_, nearby_, options_.location);
+        length = distance_of(*next);
+      }
+      add_special_points(*next, length);
+      found_.orbits.push_back(family_orbit(*next, outcome ? OrbitKind::end : OrbitKind::regular));
+      if (outcome) return ended(*outcome);
+      at_ = std::move(*next);
+      const auto iterations = static_cast<int>(end.history.size());
+      if (iterations <= 4) step_ = std::min(1.5 * step_, options_.longest_step);
+      if (iterations > 6) step_ *= 0.5;
+    }
+    return ended(FamilyOutcome::most_orbits);
+  }
+
+ private:
+  // Where a step ended, if that is on the same branch: its tangent has not turned too far.
+  std::optional<PointOfFamily> next_point(const ClosingEnd& end) const {
+    constexpr double least_cosine = 0.9;
+    if (end.outcome != OrbitOutcome::found) return {};
+    PointOfFamily next = point_of_family(equations_, end, quantity_, &at_);
+    const Eigen::VectorXd tangent = tangent_in_units_of(at_.equations, next);
+    if (next.open == 1 && tangent.dot(at_.tangent) > least_cosine * tangent.norm()) return next;
+    return {};
+  }
+
+  // How far a point lies beyond the end of the family with this outcome.
+  double beyond(FamilyOutcome outcome, const PointOfFamily& b) const {
+    return outcome == FamilyOutcome::reached ? towards_ * (b.quantity - in_.until) : towards_ * (begin_ - b.quantity);
+  }
+  std::optional<FamilyOutcome> outcome_at(const PointOfFamily& next) const {
+    if (beyond(FamilyOutcome::reached, next) >= 0.0) return FamilyOutcome::reached;
+    if (turned_ && beyond(FamilyOutcome::returned, next) >= 0.0) return FamilyOutcome::returned;
+    return {};
+  }
+  double distance_of(const PointOfFamily& b) const { return at_.tangent.dot((b.point.X - at_.point.X).cwiseQuotient(at_.equations.scale)); }
+
+  // In the order of their distances from the point before.
+  void add_special_points(const PointOfFamily& next, double length) {
+    std::vector<std::pair<double, FamilyOrbit>> special;
+    for (const auto& [kind, test] : special_between(at_, next)) {
+      const PointOfFamily point = located(at_, next, length, test, quantity_, nearby_, options_.location);
+      special.push_back({distance_of(point), family_orbit(point, kind)});
+    }
+    std::stable_sort(special.begin(), special.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    for (auto& [distance, orbit] : special)
+      if (!is_known(orbit)) found_.orbits.push_back(std::move(orbit));
+  }
+
+  // Where a family shrinks into an equilibrium its multipliers are known less and less, and pass 1 by rounding again and again: one point is told.
+  bool is_known(const FamilyOrbit& orbit) const {
+    constexpr double same_value = 1e-6, same_place = 1e-2;  // of the range, and of the first orbit
+    const auto last = std::find_if(found_.orbits.rbegin(), found_.orbits.rend(), [&](const FamilyOrbit& each) { return each.kind == orbit.kind; });
+    return last != found_.orbits.rend() && std::abs(last->value - orbit.value) <= same_value * std::abs(in_.until - begin_) &&
+           (last->x - orbit.x).cwiseQuotient(equations_.scale.head(equations_.states())).cwiseAbs().maxCoeff() <= same_place;
+  }
+
+  OrbitsOfFamily no_family() {
+    found_.message = at_.open == 0 ? sentence({equations_.who, ": orbits must come in families, but the first one stands alone in ", quantity_.name(),
+                                               "; follow it in a parameter, or hold less"})
+                                   : sentence({equations_.who, ": one thing must decide which orbit of the family it is, but ", at_.open,
+                                               " do; hold the energy, the period or a coordinate, or make the parts of the system that do not meet one"});
+    return found_;
+  }
+  OrbitsOfFamily ended(FamilyOutcome outcome) {
+    found_.outcome = outcome;
+    found_.message = sentence({name(outcome), ": ", static_cast<long>(found_.orbits.size()), " orbits, ", quantity_.name(), " from ",
+                               {begin_, 8}, " to ", {found_.orbits.back().value, 8}});
+    return found_;
+  }
+  OrbitsOfFamily lost(const ClosingEnd& end) {
+    ended(FamilyOutcome::lost);
+    found_.message += "; where it was lost, " +
+                      (end.message.empty() ? sentence({"the motion did not close within ", nearby_.max_iterations, " iterations"}) : end.message);
+    return found_;
+  }
+
+  const ClosingEquations& equations_;
+  BranchQuantity quantity_;
+  const FamilyIn& in_;
+  const FamilyOptions& options_;
+  ClosingSearch nearby_;  // a shorter step along the branch is cheaper than a long search
+  PointOfFamily at_;      // where the family is known to
+  double begin_, towards_;
+  double step_;
+  bool turned_ = false;
+  OrbitsOfFamily found_;
+};
+
+// The first orbit is sought with everything held; then all is free but what `held` says.
+template <class = void>  // compiled only where it is called
+OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn& in, Held held, const FamilyOptions& options) {
+  constexpr const char* who = "family_of_orbits";
+  using What = BranchQuantity::What;
+  const Eigen::Index N = of.size();
+  require_family(who, of, X, in, options);
   X.head(N) = of.settled(X.head(N), X[N + 1]);
   if (in.what == What::energy) held = hold_energy();
   if (in.what == What::period) held = hold_period();
   ClosingEquations equations = closing_equations(who, of, X, held, options.orbit);
   if (in.what == What::parameter && in.until != X[N + 1]) equations.scale[N + 1] = std::abs(in.until - X[N + 1]);
-  const ClosingSearch search{options.orbit.max_iterations, options.orbit.tolerance};
-  const ClosingSearch nearby{std::min(8, search.max_iterations), search.tolerance, 0.2};  // a shorter step along the branch is cheaper than a long search
-
-  OrbitsOfFamily found;
-  ClosingEnd end = closed(equations, X, search);
-  const auto orbit_on = [&](const PointOfFamily& b, OrbitKind kind) {
-    const ClosingEnd here{OrbitOutcome::found, b.equations.rows_of(b.point.X, b.point.shot), b.history, {}, {}};
-    FamilyOrbit orbit{orbit_of(b.equations, here), kind, b.quantity};
-    constexpr double apart = 1e-4;  // of multipliers that pass the circle here, as far as the place is known
-    if (kind != OrbitKind::start && kind != OrbitKind::regular && kind != OrbitKind::end && std::abs(orbit.multipliers[0].value) <= 1.0 + apart)
-      orbit.stability = OrbitStability::not_decided;
-    return orbit;
-  };
-  if (end.outcome != OrbitOutcome::found) {
-    found.orbits.push_back({orbit_of(equations, end), OrbitKind::start, quantity.value(equations, end.point.X)});
+  const ClosingEnd first = closed(equations, X, ClosingSearch{options.orbit.max_iterations, options.orbit.tolerance});
+  if (first.outcome != OrbitOutcome::found) {
+    OrbitsOfFamily found;
+    found.orbits.push_back({orbit_of(equations, first), OrbitKind::start, BranchQuantity{in.what}.value(equations, first.point.X)});
     found.message = found.orbits[0].message;
     return found;
   }
   if (in.what == What::energy) equations.energy.reset();
   if (in.what == What::period) equations.free.push_back(N);
   if (in.what == What::parameter) equations.free.push_back(N + 1);
-  PointOfFamily at = point_of_family(equations, end, quantity, nullptr);
-  found.orbits.push_back(orbit_on(at, OrbitKind::start));
-  const double begin = at.quantity, towards = in.until >= begin ? 1.0 : -1.0;
-  if (at.open != 1) {
-    found.message = at.open == 0 ? sentence({who, ": orbits must come in families, but the first one stands alone in ", quantity.name(),
-                                             "; follow it in a parameter, or hold less"})
-                                 : sentence({who, ": one thing must decide which orbit of the family it is, but ", at.open,
-                                             " do; hold the energy, the period or a coordinate, or make the parts of the system that do not meet one"});
-    return found;
-  }
-  if (at.slope * towards < 0.0) {
-    at.tangent = -at.tangent;
-    at.slope = -at.slope;
-  }
-  double step = options.first_step;
-  const auto ended = [&](FamilyOutcome outcome) {
-    found.outcome = outcome;
-    const double last = found.orbits.back().value;
-    found.message = sentence({name(outcome), ": ", static_cast<long>(found.orbits.size()), " orbits, ", quantity.name(), " from ",
-                              {begin, 8}, " to ", {last, 8}});
-    return found;
-  };
-  // Where a family shrinks into an equilibrium its multipliers are known less and less, and pass 1 by rounding again and again: one point is told.
-  const Eigen::VectorXd extent = equations.scale.head(N);
-  const auto is_known = [&](const FamilyOrbit& orbit) {
-    constexpr double same_value = 1e-6, same_place = 1e-2;  // of the range, and of the first orbit
-    const auto last = std::find_if(found.orbits.rbegin(), found.orbits.rend(), [&](const FamilyOrbit& each) { return each.kind == orbit.kind; });
-    return last != found.orbits.rend() && std::abs(last->value - orbit.value) <= same_value * std::abs(in.until - begin) &&
-           (last->x - orbit.x).cwiseQuotient(extent).cwiseAbs().maxCoeff() <= same_place;
-  };
-  bool turned = false;
-  while (static_cast<int>(found.orbits.size()) < options.most_orbits) {
-    end = stepped(at, step, nearby);
-    PointOfFamily next = at;
-    bool good = end.outcome == OrbitOutcome::found;
-    if (good) {
-      next = point_of_family(equations, end, quantity, &at);
-      const Eigen::VectorXd tangent = tangent_in_units_of(at.equations, next);
-      good = next.open == 1 && tangent.dot(at.tangent) > least_cosine * tangent.norm();
-    }
-    if (!good) {
-      step *= 0.5;
-      if (step < least_step * options.first_step) {
-        ended(FamilyOutcome::lost);
-        found.message += "; where it was lost, " +
-                         (end.message.empty() ? sentence({"the motion did not close within ", nearby.max_iterations, " iterations"}) : end.message);
-        return found;
-      }
-      continue;
-    }
-    const auto sign_changes = [](double before, double after) { return (before < 0.0) != (after < 0.0); };
-    const auto beyond = [&](const PointOfFamily& b) { return towards * (b.quantity - in.until); };
-    const auto behind = [&](const PointOfFamily& b) { return towards * (begin - b.quantity); };
-    turned = turned || sign_changes(at.slope, next.slope);
-    const bool reaches = beyond(next) >= 0.0, returns = turned && behind(next) >= 0.0;
-    const auto distance_of = [&](const PointOfFamily& b) { return at.tangent.dot((b.point.X - at.point.X).cwiseQuotient(at.equations.scale)); };
-    double length = step;
-    if (reaches || returns) {
-      next = located(at, next, step, reaches ? BranchTest(beyond) : BranchTest(behind), quantity, nearby, options.location);
-      length = distance_of(next);
-    }
-    std::vector<std::pair<OrbitKind, BranchTest>> tests;
-    const bool folds = sign_changes(at.slope, next.slope);
-    if (folds) tests.push_back({OrbitKind::fold, [](const PointOfFamily& b) { return b.slope; }});
-    if (sign_changes(at.at_minus_one, next.at_minus_one)) tests.push_back({OrbitKind::period_doubling, [](const PointOfFamily& b) { return b.at_minus_one; }});
-    if (!folds && sign_changes(at.at_one, next.at_one)) tests.push_back({OrbitKind::branch, [](const PointOfFamily& b) { return b.at_one; }});
-    if ((at.outside > 0) != (next.outside > 0)) tests.push_back({OrbitKind::torus, [](const PointOfFamily& b) { return b.outside > 0 ? 1.0 : -1.0; }});
-    std::vector<std::pair<double, FamilyOrbit>> special;
-    for (const auto& [kind, test] : tests) {
-      const PointOfFamily point = located(at, next, length, test, quantity, nearby, options.location);
-      special.push_back({distance_of(point), orbit_on(point, kind)});
-    }
-    std::stable_sort(special.begin(), special.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    for (auto& [distance, orbit] : special)
-      if (!is_known(orbit)) found.orbits.push_back(std::move(orbit));
-    if (reaches || returns) {
-      found.orbits.push_back(orbit_on(next, OrbitKind::end));
-      return ended(reaches ? FamilyOutcome::reached : FamilyOutcome::returned);
-    }
-    const auto iterations = static_cast<int>(end.history.size());
-    at = std::move(next);
-    found.orbits.push_back(orbit_on(at, OrbitKind::regular));
-    if (iterations <= 4) step = std::min(1.5 * step, options.longest_step);
-    if (iterations > 6) step *= 0.5;
-  }
-  return ended(FamilyOutcome::most_orbits);
+  return FollowedFamily(equations, first, in, options).orbits();
 }
 
 #ifdef QDOT_COMPILED_ANALYSIS

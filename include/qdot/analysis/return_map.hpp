@@ -152,6 +152,51 @@ Eigen::VectorXd slope_of(const std::function<double(const Eigen::VectorXd& x)>& 
 extern template Eigen::VectorXd slope_of<void>(const std::function<double(const Eigen::VectorXd&)>&, const Eigen::VectorXd&, const Eigen::VectorXd&);
 #endif
 
+// The event of a surface that is nearest to a time, within a distance, and has a derivative; null without one.
+template <class = void>  // compiled only where it is called
+const EventSensitivity* nearest_crossing(const std::vector<EventSensitivity>& events, const std::string& surface, double t, double distance) {
+  const EventSensitivity* nearest = nullptr;
+  for (const EventSensitivity& event : events)
+    if (event.name == surface && event.time.size() > 0 && std::abs(event.t - t) <= distance &&
+        (nearest == nullptr || std::abs(event.t - t) < std::abs(nearest->t - t)))
+      nearest = &event;
+  return nearest;
+}
+
+// A return that has no derivative, for its run with derivatives misses the surface or ends before it.
+template <int n>
+void end_without_derivative(ReturnMap<n>& found, const RunEnd& run, const std::string& surface) {
+  found.outcome = SectionOutcome::no_derivative;
+  found.run_outcome = run.completed() ? Outcome::not_differentiable : run.outcome;
+  found.message = sentence({name(found.outcome), ": '", surface, "' is crossed at t = ", found.t, "; "});
+  found.message += !run.completed() ? run.message
+                                    : "but another run of the same tolerances misses it, so it is little more than grazed: choose a start that crosses "
+                                      "clearly, or tighten rtol and atol";
+}
+
+// ∇g and ∇h at the start, and whether h is the same at the return.
+//
+// @param y0  at the start, [q; q̇; …]
+// @param x1  at the return, [q; q̇]
+template <int n, class System, class G>
+void write_slopes(ReturnMap<n>& found, const System& system, const G& g, double t0, const Eigen::VectorXd& y0, const Eigen::VectorXd& x1, double rtol) {
+  const Eigen::Index dof = found.dof;
+  const Eigen::VectorXd x0 = y0.head(2 * dof);
+  const auto surface_at = [&](const Eigen::VectorXd& x) {
+    Eigen::VectorXd nearby = y0;
+    nearby.head(2 * dof) = x;
+    return event_value<n>(g, t0, nearby, dof);
+  };
+  found.surface_slope = slope_of(surface_at, x0, x1);
+  const auto energy_at = [&](double t) {
+    return [&system, t, dof](const Eigen::VectorXd& x) { return jacobi_energy(system_of(system), State<n>{t, x.head(dof), x.tail(dof)}); };
+  };
+  found.energy_slope = slope_of(energy_at(t0), x0, x1);
+  if (found.energy_slope.size() == 0) return;
+  const double size = found.energy_slope.cwiseAbs().dot(x0.cwiseAbs()) + std::abs(energy_at(t0)(x0));
+  found.keeps_energy = std::abs(energy_at(found.t)(found.y.head(2 * dof)) - energy_at(t0)(x0)) <= (1e-6 + 1e2 * rtol) * size;
+}
+
 }  // namespace detail
 
 template <int n>
@@ -196,18 +241,9 @@ auto return_map(const System& system, const State<n>& start, const Event<G, Acti
   const auto s = std::apply([&](const auto&... each) {
     return sensitivities(system, start, found.t + later, method, options, events(surface, each...));
   }, others.list);
-  const EventSensitivity* nearest = nullptr;
-  for (const EventSensitivity& event : s.events)
-    if (event.name == surface.name && event.time.size() > 0 && std::abs(event.t - found.t) <= std::abs(later) &&
-        (nearest == nullptr || std::abs(event.t - found.t) < std::abs(nearest->t - found.t)))
-      nearest = &event;
+  const EventSensitivity* nearest = detail::nearest_crossing(s.events, surface.name, found.t, std::abs(later));
   if (nearest == nullptr) {
-    found.outcome = SectionOutcome::no_derivative;
-    found.run_outcome = s.completed() ? Outcome::not_differentiable : s.outcome;
-    found.message = detail::sentence({name(found.outcome), ": '", surface.name, "' is crossed at t = ", found.t, "; "});
-    found.message += !s.completed() ? s.message
-                                    : "but another run of the same tolerances misses it, so it is little more than grazed: choose a start that crosses "
-                                      "clearly, or tighten rtol and atol";
+    detail::end_without_derivative(found, s, surface.name);
     return found;
   }
   const auto form = first_order_form(system);
@@ -216,25 +252,7 @@ auto return_map(const System& system, const State<n>& start, const Event<G, Acti
   form.derivative(nearest->t, y, rate);
   found.time = nearest->time;
   found.derivative = s.Phi_before(nearest->t) + rate * found.time.transpose();
-
-  const Eigen::Index dof = found.dof;
-  const Eigen::VectorXd x0 = y0.head(2 * dof), x1 = y.head(2 * dof);
-  const auto surface_at = [&](const Eigen::VectorXd& x) {
-    Eigen::VectorXd nearby = y0;
-    nearby.head(2 * dof) = x;
-    return detail::event_value<dofs>(surface.g, start.t, nearby, dof);
-  };
-  found.surface_slope = detail::slope_of(surface_at, x0, x1);
-  const auto energy_at = [&](double t) {
-    return [&system, t, dof](const Eigen::VectorXd& x) {
-      return jacobi_energy(detail::system_of(system), State<dofs>{t, x.head(dof), x.tail(dof)});
-    };
-  };
-  found.energy_slope = detail::slope_of(energy_at(start.t), x0, x1);
-  if (found.energy_slope.size() > 0) {
-    const double size = found.energy_slope.cwiseAbs().dot(x0.cwiseAbs()) + std::abs(energy_at(start.t)(x0));
-    found.keeps_energy = std::abs(energy_at(found.t)(found.y.head(2 * dof)) - energy_at(start.t)(x0)) <= (1e-6 + 1e2 * options.rtol) * size;
-  }
+  detail::write_slopes(found, system, surface.g, start.t, y0, y.head(2 * found.dof), options.rtol);
   return found;
 }
 

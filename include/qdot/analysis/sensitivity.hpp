@@ -203,40 +203,85 @@ Run<Dynamic> run_with_branches(Variations<Model>& equations, const FunctorBranch
   return {};
 }
 
-// The derivatives of the run of a model from its start; of second order, too, they stand in its states behind Φ (analysis/second_sensitivity.hpp).
-// The effects' own states at the start have columns behind those of q and q̇ on request.
-template <class Model, class Start, class List, class StartSlope>
-auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options,
-                      const WithRespectTo& wanted, const StartSlope& slope_of_start, int order = 1, bool with_own_states = false) {
-  static_assert(SteppingMethod<std::remove_cvref_t<decltype(method)>, VariationalForm<changes_of<Model>>>,
-                "qdot: sensitivities are integrated by Dop853, Dopri5, CvodeBdf, CvodeAdams, and without contacts or dry friction by Taylor "
-                "(analysis/taylor_sensitivity.hpp) and Gauss (analysis/gauss_sensitivity.hpp)");
-  require_valid(options, model.form.size());
-  Variations<Model> equations(std::move(model), wanted.start, wanted.start_time, with_own_states);
-  Preparation<std::remove_cvref_t<decltype(method)>, Model>::prepare(equations);
-  const Eigen::Index size = equations.state_size(), columns = equations.columns();
-  if (columns == 0) throw InvalidValue("sensitivities must be with respect to something; ask for the start, for its time, or give parameters");
-  if (order == 2) equations.pairs = columns * (columns + 1) / 2;
-  const Eigen::VectorXd both = begun(equations, start, options, slope_of_start);
-  if (options.atol.is_default() && t_end != start.t) {
-    const NaturalTolerances found = natural_tolerances(driven_form(equations.form()), options, start.t, both.head(size), t_end - start.t);
-    if (found.each.size() > 0) equations.atol = found.each;
-  }
+// Tolerances of y that nobody gave, from the sizes of the motion itself.
+template <class Model>
+void set_natural_tolerances(Variations<Model>& equations, const Options& options, double t, const Eigen::VectorXd& both, double t_end) {
+  if (!options.atol.is_default() || t_end == t) return;
+  const NaturalTolerances found = natural_tolerances(driven_form(equations.form()), options, t, both.head(equations.state_size()), t_end - t);
+  if (found.each.size() > 0) equations.atol = found.each;
+}
+
+// Tolerances of [y; columns of Φ]: those of y for each column; without control of the columns, as if there were y alone.
+template <class Method, class Model>
+void spread_tolerances(Options& options, const Variations<Model>& equations, bool controlled) {
+  const Eigen::Index size = equations.state_size();
   if (options.atol.size() > 1) {
     Eigen::VectorXd each(equations.size());
     for (Eigen::Index i = 0; i < each.size(); ++i) each[i] = options.atol[i % size];
     options.atol = each;
   }
-  if (!wanted.controlled) {
-    if (!is_explicit_method<std::remove_cvref_t<decltype(method)>>)
-      throw InvalidValue("derivatives are left out of the control of errors by Dop853 and Dopri5 only; leave `controlled` as it is, or take one of them");
-    // The root of the mean square is that of y alone again, where the columns' share is nothing.
-    const double share = 1.0 / std::sqrt(static_cast<double>(1 + columns));
-    Eigen::VectorXd each = Eigen::VectorXd::Constant(equations.size(), 1e300);
-    for (Eigen::Index i = 0; i < size; ++i) each[i] = share * equations.atol[i];
-    options.rtol = std::max(share * options.rtol, least_rtol);
-    options.atol = each;
-  }
+  if (controlled) return;
+  if (!is_explicit_method<Method>)
+    throw InvalidValue("derivatives are left out of the control of errors by Dop853 and Dopri5 only; leave `controlled` as it is, or take one of them");
+  // The root of the mean square is that of y alone again, where the columns' share is nothing.
+  const double share = 1.0 / std::sqrt(static_cast<double>(1 + equations.columns()));
+  Eigen::VectorXd each = Eigen::VectorXd::Constant(equations.size(), 1e300);
+  for (Eigen::Index i = 0; i < size; ++i) each[i] = share * equations.atol[i];
+  options.rtol = std::max(share * options.rtol, least_rtol);
+  options.atol = each;
+}
+
+// The run of [y; columns of Φ], by steps that are written out for their number where that is in sight.
+template <class Model, class Method, class List>
+Run<Dynamic> run_of_columns(Variations<Model>& equations, const FirstOrderState& start, double t_end, const Method& method, const Options& options,
+                            const List& list) {
+  const auto run_of = [&]<int size>() { return simulate(FormOfSize<changes_of<Model>, size>(equations), start, t_end, method, options, list); };
+  constexpr bool sized = is_explicit_method<Method>;
+  constexpr int few = sized ? size_in_sight<Model>(false) : Dynamic, all = sized ? size_in_sight<Model>(true) : Dynamic;
+  if (equations.size() == few) return run_of.template operator()<few>();
+  if (equations.size() == all) return run_of.template operator()<all>();
+  return run_of.template operator()<Dynamic>();
+}
+
+template <class = void>  // compiled only where it is called
+void end_with(RunEnd& end, const Failure& failure) {
+  end.outcome = failure.outcome;
+  end.message = sentence({name(end.outcome), ": ", failure.message, "; ", advice(end.outcome)});
+}
+
+// The last state of result.run in parts: y and Φ, with ẏ.
+//
+// @param failure  that ended the run before it was begun, if any
+template <class Model, int n>
+void write_last_state(Sensitivities<n>& result, const Variations<Model>& equations, const std::optional<Failure>& failure) {
+  const Run<Dynamic>& run = result.run;
+  const Eigen::Index size = equations.state_size(), columns = equations.columns();
+  result.start_columns = equations.start_columns();
+  result.time_columns = equations.time_columns();
+  static_cast<RunEnd&>(result) = {run.outcome, run.message, run.t, run.y.head(size)};
+  if (failure) end_with(result, *failure);
+  result.Phi = result.Phi_of_event = Eigen::Map<const Eigen::MatrixXd>(run.y.data() + size, size, columns);
+  result.ydot = equations.state_rate(run.t, result.y);
+}
+
+// The derivatives of the run of a model from its start; of second order, too, they stand in its states behind Φ (analysis/second_sensitivity.hpp).
+// The effects' own states at the start have columns behind those of q and q̇ on request.
+template <class Model, class Start, class List, class StartSlope>
+auto sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options,
+                      const WithRespectTo& wanted, const StartSlope& slope_of_start, int order = 1, bool with_own_states = false) {
+  using Method = std::remove_cvref_t<decltype(method)>;
+  static_assert(SteppingMethod<Method, VariationalForm<changes_of<Model>>>,
+                "qdot: sensitivities are integrated by Dop853, Dopri5, CvodeBdf, CvodeAdams, and without contacts or dry friction by Taylor "
+                "(analysis/taylor_sensitivity.hpp) and Gauss (analysis/gauss_sensitivity.hpp)");
+  require_valid(options, model.form.size());
+  Variations<Model> equations(std::move(model), wanted.start, wanted.start_time, with_own_states);
+  Preparation<Method, Model>::prepare(equations);
+  const Eigen::Index columns = equations.columns();
+  if (columns == 0) throw InvalidValue("sensitivities must be with respect to something; ask for the start, for its time, or give parameters");
+  if (order == 2) equations.pairs = columns * (columns + 1) / 2;
+  const Eigen::VectorXd both = begun(equations, start, options, slope_of_start);
+  set_natural_tolerances(equations, options, start.t, both, t_end);
+  spread_tolerances<Method>(options, equations, wanted.controlled);
   const auto erased = erased_events(list, equations, equations);
   const std::vector<NamedSurface> surfaces = surfaces_of(list, equations);
 
@@ -245,36 +290,20 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
   std::optional<Failure> undifferentiable;
   bool has_branches = false;
   try {
-    has_branches = Preparation<std::remove_cvref_t<decltype(method)>, Model>::takes_branches && branches.begin(start.t, both, t_end);
+    has_branches = Preparation<Method, Model>::takes_branches && branches.begin(start.t, both, t_end);
   } catch (EndOfRun& at_start) {
     undifferentiable = std::move(at_start.failure);
     t_end = start.t;
   }
-  const auto run_of = [&]<int size_of_both>() {
-    return simulate(FormOfSize<changes_of<Model>, size_of_both>(equations), FirstOrderState{start.t, both}, t_end, method, options, erased);
-  };
-  constexpr bool sized = is_explicit_method<std::remove_cvref_t<decltype(method)>>;
-  constexpr int few = sized ? size_in_sight<Model>(false) : Dynamic, all = sized ? size_in_sight<Model>(true) : Dynamic;
-  if (has_branches) result.run = run_with_branches(equations, branches, FirstOrderState{start.t, both}, t_end, method, options, erased);
-  else if (equations.size() == few) result.run = run_of.template operator()<few>();
-  else if (equations.size() == all) result.run = run_of.template operator()<all>();
-  else result.run = run_of.template operator()<Dynamic>();
-  Run<Dynamic>& run = result.run;
-  result.start_columns = equations.start_columns();
-  result.time_columns = equations.time_columns();
-  static_cast<RunEnd&>(result) = {run.outcome, run.message, run.t, run.y.head(size)};
-  if (undifferentiable) {
-    result.outcome = undifferentiable->outcome;
-    result.message = sentence({name(result.outcome), ": ", undifferentiable->message, "; ", advice(result.outcome)});
-  }
-  result.Phi = result.Phi_of_event = Eigen::Map<const Eigen::MatrixXd>(run.y.data() + size, size, columns);
-  result.ydot = equations.state_rate(run.t, result.y);
+  const FirstOrderState begin{start.t, both};
+  result.run = has_branches ? run_with_branches(equations, branches, begin, t_end, method, options, erased)
+                            : run_of_columns(equations, begin, t_end, method, options, erased);
+  write_last_state(result, equations, undifferentiable);
   try {
-    for (const RecordedEvent& event : run.events)
+    for (const RecordedEvent& event : result.run.events)
       result.events.push_back(differentiated(event, surfaces, equations, options.keep_trajectory, result));
   } catch (const EndOfRun& end) {
-    result.outcome = end.failure.outcome;
-    result.message = sentence({name(result.outcome), ": ", end.failure.message, "; ", advice(result.outcome)});
+    end_with(result, end.failure);
   }
   return result;
 }

@@ -236,101 +236,96 @@ std::string open_directions(Eigen::MatrixXd& open, const Eigen::VectorXd& size, 
   return text;
 }
 
+// All that is unknown, in the order of x: start values are not bounded.
 template <class = void>  // compiled only where it is called
-ParameterFit best_parameters(const FitTask& task) {
-  require_fit(task);
-  ParameterFit fit;
-  std::vector<double> guesses, lowest, highest;
-  const auto seek = [&](const std::string& name, double guess, double lower, double upper) {
-    fit.names.push_back(name);
-    guesses.push_back(guess);
-    lowest.push_back(lower);
-    highest.push_back(upper);
-  };
-  for (const FitParameter& each : task.parameters) seek(each.name, each.guess, each.lower, each.upper);
-  constexpr double anywhere = std::numeric_limits<double>::infinity();
-  double data = 0.0;
+std::vector<FitParameter> fit_unknowns(const FitTask& task) {
+  std::vector<FitParameter> unknown = task.parameters;
   for (std::size_t e = 0; e < task.experiments.size(); ++e) {
     const FitExperiment& each = task.experiments[e];
     for (const Eigen::Index i : each.unknown) {
       const Eigen::Index n = each.start.size() / 2;
-      seek(sentence({i < n ? "q" : "qdot", i % n, " at the start of experiment ", e}), each.start[i], -anywhere, anywhere);
+      unknown.push_back({sentence({i < n ? "q" : "qdot", i % n, " at the start of experiment ", e}), each.start[i]});
     }
+  }
+  return unknown;
+}
+
+// The norm of all that was measured, in units of σ.
+template <class = void>  // compiled only where it is called
+double norm_of_data(const FitTask& task) {
+  double data = 0.0;
+  for (const FitExperiment& each : task.experiments)
     for (Eigen::Index k = 0; k < each.measured.size(); ++k) {
       const double weighed = each.measured.data()[k] / (each.sigma.size() > 0 ? each.sigma[k % each.measured.rows()] : 1.0);
       data += weighed * weighed;
     }
-  }
-  data = std::sqrt(data);
-  const auto count = static_cast<Eigen::Index>(guesses.size());
-  const FitResiduals residuals(task);
-  const auto listed = [](const std::vector<double>& x) {
-    return Eigen::VectorXd(Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())));
-  };
-  const LeastSquaresSearch search{[&](const Eigen::VectorXd& x) { return residuals(x); }, listed(lowest), listed(highest), task.options.most_runs,
-                                  task.options.tolerance, 10 * task.rtol * data};
-  const LeastSquaresEnd end = BoundedLeastSquares(search).end(listed(guesses));
-  const ResidualsAt& best = end.best;
-  fit.p = best.x;
-  fit.runs = end.evaluations;
-  fit.covariance = Eigen::MatrixXd::Zero(count, count);
-  fit.standard_deviation = Eigen::VectorXd::Constant(count, anywhere);
-  if (!best.trouble.empty()) {
-    fit.message = sentence({"no motion at the guess: ", best.trouble, "; begin at parameters whose motion lasts as long as the measurements"});
-    return fit;
-  }
+  return std::sqrt(data);
+}
 
-  // J of what is free, its columns of length 1; those that change nothing, of length 0.
+// J of what is free, its columns of length 1; those that change nothing, of length 0.
+struct FreeSlopes {
+  std::vector<Eigen::Index> free{};  // entries of x
+  Eigen::MatrixXd J{};
+  Eigen::VectorXd size{}, unit{};  // of each entry of x; unit is that of a column of J
+
+  // Rows of x for those of a matrix that has a row for each column of J.
+  Eigen::MatrixXd rows_of_all(const Eigen::MatrixXd& of_free) const {
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(size.size(), of_free.cols());
+    for (std::size_t k = 0; k < free.size(); ++k) all.row(free[k]) = unit[free[k]] * of_free.row(static_cast<Eigen::Index>(k));
+    return all;
+  }
+};
+template <class = void>  // compiled only where it is called
+FreeSlopes free_slopes(const ResidualsAt& best, const std::vector<Eigen::Index>& held, double data) {
   constexpr double rounding = 1e-14;
-  const double cutoff = std::max(1e-9, 100 * task.rtol);
-  std::vector<Eigen::Index> free;
+  const Eigen::Index count = best.x.size();
+  FreeSlopes slopes;
   for (Eigen::Index j = 0; j < count; ++j)
-    if (std::find(end.held.begin(), end.held.end(), j) == end.held.end()) free.push_back(j);
-    else if (search.lower[j] < search.upper[j]) fit.at_bound.push_back(fit.names[static_cast<std::size_t>(j)]);
-  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(best.J.rows(), static_cast<Eigen::Index>(free.size()));
-  Eigen::VectorXd size = Eigen::VectorXd::Ones(count), unit = size;
+    if (std::find(held.begin(), held.end(), j) == held.end()) slopes.free.push_back(j);
+  slopes.J = Eigen::MatrixXd::Zero(best.J.rows(), static_cast<Eigen::Index>(slopes.free.size()));
+  slopes.size = slopes.unit = Eigen::VectorXd::Ones(count);
   for (Eigen::Index j = 0; j < count; ++j)
-    if (best.x[j] != 0.0) size[j] = std::abs(best.x[j]);
-  for (std::size_t k = 0; k < free.size(); ++k) {
-    const double length = best.J.col(free[k]).norm();
-    const bool matters = length * size[free[k]] > rounding * data;
-    unit[free[k]] = matters ? 1.0 / length : size[free[k]];
-    if (matters) J.col(static_cast<Eigen::Index>(k)) = best.J.col(free[k]) / length;
+    if (best.x[j] != 0.0) slopes.size[j] = std::abs(best.x[j]);
+  for (std::size_t k = 0; k < slopes.free.size(); ++k) {
+    const Eigen::Index j = slopes.free[k];
+    const double length = best.J.col(j).norm();
+    const bool matters = length * slopes.size[j] > rounding * data;
+    slopes.unit[j] = matters ? 1.0 / length : slopes.size[j];
+    if (matters) slopes.J.col(static_cast<Eigen::Index>(k)) = best.J.col(j) / length;
   }
-  ShortestStep step{Eigen::VectorXd(0), Eigen::MatrixXd(0, 0), Eigen::MatrixXd(0, 0)};
-  if (!free.empty()) step = shortest_step(J, -best.r, cutoff);
-  fit.open = Eigen::MatrixXd::Zero(count, step.open.cols());
-  Eigen::MatrixXd seen = Eigen::MatrixXd::Zero(count, step.determined.cols());
-  for (std::size_t k = 0; k < free.size(); ++k) {
-    fit.open.row(free[k]) = unit[free[k]] * step.open.row(static_cast<Eigen::Index>(k));
-    seen.row(free[k]) = unit[free[k]] * step.determined.row(static_cast<Eigen::Index>(k));
-  }
-  const std::string open = open_directions(fit.open, size, fit.names);
+  return slopes;
+}
 
-  fit.chi_squared = best.r.squaredNorm();
-  fit.degrees_of_freedom = residuals.rows() - step.determined.cols();
+// χ², σ and standard deviations, where the data determine the columns of `seen` and leave fit.open open; residuals of each experiment.
+template <class = void>  // compiled only where it is called
+void write_statistics(ParameterFit& fit, const FitTask& task, const Eigen::VectorXd& r, const Eigen::MatrixXd& seen) {
+  constexpr double anywhere = std::numeric_limits<double>::infinity();
+  fit.chi_squared = r.squaredNorm();
+  fit.degrees_of_freedom = r.size() - seen.cols();
   const bool known = task.experiments[0].sigma.size() > 0;
   if (!known) fit.sigma = fit.degrees_of_freedom > 0 ? std::sqrt(fit.chi_squared / static_cast<double>(fit.degrees_of_freedom)) : anywhere;
   fit.covariance = seen * seen.transpose();
   for (double& entry : fit.covariance.reshaped())
     if (entry != 0.0) entry *= fit.sigma * fit.sigma;  // which may be infinite
-  for (Eigen::Index i = 0; i < count; ++i)
+  for (Eigen::Index i = 0; i < fit.p.size(); ++i)
     fit.standard_deviation[i] = fit.open.cols() > 0 && fit.open.row(i).cwiseAbs().maxCoeff() > 0.0 ? anywhere : std::sqrt(fit.covariance(i, i));
   Eigen::Index row = 0;
   for (const FitExperiment& each : task.experiments) {
-    fit.residuals.push_back(Eigen::Map<const Eigen::MatrixXd>(best.r.data() + row, each.measured.rows(), each.measured.cols()));
+    fit.residuals.push_back(Eigen::Map<const Eigen::MatrixXd>(r.data() + row, each.measured.rows(), each.measured.cols()));
     row += each.measured.size();
   }
+}
 
-  // Is it the minimum? A step of Newton's would take this part of Σr² away.
+// @param ahead  the part of Σr² that a step of Newton's method would take away
+// @param open   what the data leave open, in words
+template <class = void>  // compiled only where it is called
+void write_outcome(ParameterFit& fit, const FitTask& task, const LeastSquaresEnd& end, double ahead, const std::string& open) {
   constexpr double close = 1e-6;
-  const double ahead = free.empty() || fit.chi_squared == 0.0 ? 0.0 : (J * step.x).squaredNorm() / fit.chi_squared;
-  const bool at_minimum = ahead <= close || best.r.norm() <= search.negligible;
+  const bool at_minimum = ahead <= close;
   const auto says = [&](FitOutcome outcome, std::initializer_list<Phrase> why) {
     fit.outcome = outcome;
     fit.message = sentence({name(outcome), " after ", fit.runs, " runs, the sum of squares is ", {fit.chi_squared, 6}, " for ", fit.degrees_of_freedom,
                             " degrees of freedom: ", sentence(why)});
-    return fit;
   };
   if (!at_minimum && end.exhausted)
     return says(FitOutcome::run_limit, {"a further step would still take ", {100 * ahead, 3}, " % of the sum away; allow more runs, or begin nearer"});
@@ -346,7 +341,51 @@ ParameterFit best_parameters(const FitTask& task) {
   if (!bounded.empty())
     return says(FitOutcome::at_bound,
                 {"the data would take ", bounded, " beyond the bound; what was found holds for the bound", doubt.empty() ? "" : "; ", doubt});
-  return says(FitOutcome::converged, {doubt.empty() ? "nothing to do." : doubt});
+  says(FitOutcome::converged, {doubt.empty() ? "nothing to do." : doubt});
+}
+
+template <class = void>  // compiled only where it is called
+ParameterFit best_parameters(const FitTask& task) {
+  require_fit(task);
+  const std::vector<FitParameter> unknown = fit_unknowns(task);
+  const auto count = static_cast<Eigen::Index>(unknown.size());
+  ParameterFit fit;
+  Eigen::VectorXd guess(count), lower(count), upper(count);
+  for (const FitParameter& each : unknown) {
+    const auto j = static_cast<Eigen::Index>(fit.names.size());
+    fit.names.push_back(each.name);
+    guess[j] = each.guess;
+    lower[j] = each.lower;
+    upper[j] = each.upper;
+  }
+  const double data = norm_of_data(task);
+  const FitResiduals residuals(task);
+  const LeastSquaresSearch search{[&](const Eigen::VectorXd& x) { return residuals(x); }, lower, upper, task.options.most_runs, task.options.tolerance,
+                                  10 * task.rtol * data};
+  const LeastSquaresEnd end = BoundedLeastSquares(search).end(guess);
+  const ResidualsAt& best = end.best;
+  fit.p = best.x;
+  fit.runs = end.evaluations;
+  fit.covariance = Eigen::MatrixXd::Zero(count, count);
+  fit.standard_deviation = Eigen::VectorXd::Constant(count, std::numeric_limits<double>::infinity());
+  if (!best.trouble.empty()) {
+    fit.message = sentence({"no motion at the guess: ", best.trouble, "; begin at parameters whose motion lasts as long as the measurements"});
+    return fit;
+  }
+  for (const Eigen::Index j : end.held)
+    if (lower[j] < upper[j]) fit.at_bound.push_back(fit.names[static_cast<std::size_t>(j)]);
+
+  const double cutoff = std::max(1e-9, 100 * task.rtol);
+  const FreeSlopes slopes = free_slopes(best, end.held, data);
+  ShortestStep step{Eigen::VectorXd(0), Eigen::MatrixXd(0, 0), Eigen::MatrixXd(0, 0)};
+  if (!slopes.free.empty()) step = shortest_step(slopes.J, -best.r, cutoff);
+  fit.open = slopes.rows_of_all(step.open);
+  const std::string open = open_directions(fit.open, slopes.size, fit.names);
+  write_statistics(fit, task, best.r, slopes.rows_of_all(step.determined));
+
+  const bool is_minimum = slopes.free.empty() || fit.chi_squared == 0.0 || best.r.norm() <= search.negligible;
+  write_outcome(fit, task, end, is_minimum ? 0.0 : (slopes.J * step.x).squaredNorm() / fit.chi_squared, open);
+  return fit;
 }
 
 #ifdef QDOT_COMPILED_ANALYSIS

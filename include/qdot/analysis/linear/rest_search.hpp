@@ -146,14 +146,68 @@ void require_steady(const F& flow, const SteadySearch& search, double t, const E
   }
 }
 
+// What residuals and slopes are multiplied by, row by row. Slopes get the length 1; forces that cancel weigh by what else is in their row, beside the row
+// that has most of it.
+//
+// @param extent  of the unknowns [q; z], the first n of which are q
+template <class = void>  // compiled only where it is called
+Eigen::VectorXd scale_of_rows(const SteadyEquations& here, Eigen::Index n, const Eigen::VectorXd& extent) {
+  const Eigen::Index unknowns = extent.size();
+  const auto longest = [&](Eigen::Index begin, Eigen::Index count) {
+    return count > 0 ? here.slopes.middleRows(begin, count).rowwise().norm().maxCoeff() : 0.0;
+  };
+  const double stiffest = longest(0, n), fastest = longest(n, unknowns - n);
+  Eigen::VectorXd scale(here.residual.size());
+  for (Eigen::Index i = 0; i < scale.size(); ++i) {
+    const double length = std::max(here.slopes.row(i).norm(), 1e-10 * (i < n ? stiffest : i < unknowns ? fastest : 0.0));
+    scale[i] = length > 0.0 ? 1.0 / length : 1.0;
+  }
+  Eigen::VectorXd share = Eigen::VectorXd::Zero(scale.size());
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (here.cancelling[i] > 0.0) share[i] = here.slopes.row(i).cwiseAbs().dot(extent) / here.cancelling[i];
+  for (Eigen::Index i = 0; i < n; ++i)
+    if (here.cancelling[i] > 0.0) scale[i] *= share[i] > 0.0 ? std::pow(share[i] / share.maxCoeff(), 2) : 0.0;
+  return scale;
+}
+
+// Whether a residual is more than what is left of rounding.
+//
+// @param scaled   the residual in units of its rows
+// @param terms    sizes of its terms, in the same units
+// @param largest  residual where the search began
+template <class = void>  // compiled only where it is called
+bool residual_remains(const SteadyEquations& here, const Eigen::VectorXd& scaled, const Eigen::VectorXd& terms, double largest) {
+  for (Eigen::Index i = 0; i < scaled.size(); ++i)
+    if (terms[i] > 0.0 ? std::abs(scaled[i]) > 1e-9 * terms[i] : std::abs(here.residual[i]) > 1e-13 * largest) return true;
+  return false;
+}
+
+// The part of a step after which the next one is shorter, found by halving; small where there is none.
+//
+// @param length      of the step
+// @param extent      of the unknowns, as a length
+// @param next_length  part ↦ length of the step from there, NaN where there is none
+template <class Length>
+double shortening_part(double length, double extent, const Length& next_length) {
+  double part = 1.0;
+  while (!(next_length(part) <= (1.0 - 0.25 * part) * length)) {
+    part *= 0.5;
+    if (length * part < 1e-9 * extent || part < 1e-7) break;
+  }
+  return part;
+}
+
+template <class AnyFlow>
+void require_finite_start(const AnyFlow& flow, const SteadySearch& search, const Eigen::VectorXd& y) {
+  for (Eigen::Index i = 0; i < y.size(); ++i)
+    if (!std::isfinite(y[i])) throw_invalid_value({search.who, ": the start must be finite, but ", flow.name(i), " is not; give every entry a number"});
+}
+
 // The steady state near y = [q; q̇; z] with its q̇.
 template <class F>
 Eigen::VectorXd steady_state_near(const F& flow, const SteadySearch& search, double t, Eigen::VectorXd y) {
   const Eigen::Index n = flow.dof(), states = flow.size() - 2 * n;
-  for (Eigen::Index i = 0; i < y.size(); ++i)
-    if (!std::isfinite(y[i]))
-      throw_invalid_value(
-          {search.who, ": the start must be finite, but ", flow.name(i), " is not; give every entry a number"});
+  require_finite_start(flow, search, y);
   const std::vector<Eigen::Index> held = flow.phases();
   const auto moved = [&](const Eigen::VectorXd& step, double fraction) {
     Eigen::VectorXd next = y;
@@ -169,21 +223,7 @@ Eigen::VectorXd steady_state_near(const F& flow, const SteadySearch& search, dou
   for (int iteration = 0;; ++iteration) {
     here = SteadyEquations::at(flow, t, y, true);
     const Eigen::VectorXd unknowns = flow.unknowns(y), extent = unknowns.cwiseAbs() + way;
-    const auto longest = [&](Eigen::Index begin, Eigen::Index count) {
-      return count > 0 ? here.slopes.middleRows(begin, count).rowwise().norm().maxCoeff() : 0.0;
-    };
-    const double stiffest = longest(0, n), fastest = longest(n, states);
-    scale.resize(here.residual.size());
-    for (Eigen::Index i = 0; i < scale.size(); ++i) {
-      const double length = std::max(here.slopes.row(i).norm(), 1e-10 * (i < n ? stiffest : i < n + states ? fastest : 0.0));
-      scale[i] = length > 0.0 ? 1.0 / length : 1.0;
-    }
-    // What is left of forces that cancel weighs by what else is in its row, beside the row that has most of it.
-    Eigen::VectorXd share = Eigen::VectorXd::Zero(scale.size());
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (here.cancelling[i] > 0.0) share[i] = here.slopes.row(i).cwiseAbs().dot(extent) / here.cancelling[i];
-    for (Eigen::Index i = 0; i < n; ++i)
-      if (here.cancelling[i] > 0.0) scale[i] *= share[i] > 0.0 ? std::pow(share[i] / share.maxCoeff(), 2) : 0.0;
+    scale = scale_of_rows(here, n, extent);
     const Eigen::VectorXd scaled = scale.cwiseProduct(here.residual);
     const Eigen::MatrixXd sizes = (scale.asDiagonal() * here.slopes).cwiseAbs();
     const Eigen::VectorXd terms = sizes * extent;
@@ -201,24 +241,15 @@ Eigen::VectorXd steady_state_near(const F& flow, const SteadySearch& search, dou
       // A short step is not enough: where nothing can rest, none takes the residual away. What is left of rounding is
       // harmless.
       const Eigen::VectorXd left = scaled + (scale.asDiagonal() * here.slopes) * step;
-      const auto remains = [&](Eigen::Index i) {
-        return terms[i] > 0.0 ? std::abs(scaled[i]) > 1e-9 * terms[i] : std::abs(here.residual[i]) > 1e-13 * largest;
-      };
-      bool any = false;
-      for (Eigen::Index i = 0; i < scaled.size(); ++i) any = any || remains(i);
-      if (any && left.norm() > 1e-8 * scaled.norm()) report_no_steady_state(flow, search, y, here.residual, scaled);
+      if (residual_remains(here, scaled, terms, largest) && left.norm() > 1e-8 * scaled.norm())
+        report_no_steady_state(flow, search, y, here.residual, scaled);
       y = moved(step, 1.0);
       break;
     }
-    double fraction = 1.0;
-    const auto shorter = [&](double part) {
+    const double fraction = shortening_part(step.norm(), extent.norm(), [&](double part) {
       const Eigen::VectorXd next = scale.cwiseProduct(SteadyEquations::at(flow, t, moved(step, part), false).residual);
-      return next.allFinite() && factors.solve(next).norm() <= (1.0 - 0.25 * part) * step.norm();
-    };
-    while (!shorter(fraction)) {
-      fraction *= 0.5;
-      if (step.norm() * fraction < 1e-9 * extent.norm() || fraction < 1e-7) break;
-    }
+      return next.allFinite() ? factors.solve(next).norm() : std::numeric_limits<double>::quiet_NaN();
+    });
     way += fraction * step.cwiseAbs();
     if (fraction < 1e-6) report_no_steady_state(flow, search, y, here.residual, scaled);
     y = moved(step, fraction);

@@ -164,9 +164,44 @@ double liveliness(const ClosingEquations& equations, const Eigen::VectorXd& X) {
   return equations.rate(X).cwiseQuotient(equations.scale.head(equations.states())).cwiseAbs().maxCoeff() * equations.period(X);
 }
 
+// What a part of a step led to: the first part that makes the residual shorter, or the last one that was tried.
+struct PartOfStep {
+  ClosingPoint next{};
+  double fraction = 1.0;
+  bool shorter = false;
+  Outcome run_outcome = Outcome::completed;
+  std::string trouble{};  // of a run that failed
+};
+template <class = void>  // compiled only where it is called
+PartOfStep part_of_step(const ClosingEquations& equations, const ClosingSearch& search, const ClosingPoint& here, const Eigen::VectorXd& step,
+                        double least_period) {
+  constexpr double longest_step = 0.5;
+  const bool close = here.size <= search.tolerance;
+  PartOfStep part;
+  double fraction = std::min(1.0, longest_step / std::max(step.norm(), 1e-300));
+  for (; fraction >= search.least_fraction && !part.shorter; fraction *= 0.5) {
+    Eigen::VectorXd X = here.X + fraction * step.cwiseProduct(equations.scale);
+    if (!(equations.period(X) > least_period)) continue;
+    try {
+      X.head(equations.states()) = equations.of->settled(equations.x(X), equations.parameter(X));
+      part.next = equations.at(X);
+      part.run_outcome = part.next.shot.outcome;
+      part.trouble = part.next.shot.message;
+    } catch (const Error& error) {
+      part.next.size = std::numeric_limits<double>::infinity();
+      part.run_outcome = Outcome::solver_error;
+      part.trouble = error.what();
+    }
+    part.shorter = part.next.size <= (close ? 0.9 : 1.0 - 0.25 * fraction) * here.size;
+    part.fraction = fraction;
+    if (close) break;  // one more step, as a polish
+  }
+  return part;
+}
+
 template <class = void>  // compiled only where it is called
 ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorXd& X0, const ClosingSearch& search) {
-  constexpr double at_rest = 1e-6, longest_step = 0.5;
+  constexpr double at_rest = 1e-6;
   ClosingEnd end;
   end.point = equations.at(X0);
   const auto failed = [&](const Outcome outcome, std::string message) {
@@ -176,7 +211,7 @@ ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorXd& X0, 
     return end;
   };
   if (end.point.shot.outcome != Outcome::completed) return failed(end.point.shot.outcome, end.point.shot.message);
-  const double first_period = equations.period(X0);
+  const double least_period = 0.05 * equations.period(X0);
   for (int iteration = 0;; ++iteration) {
     ClosingPoint& here = end.point;
     OrbitIteration entry{here.size, 0.0, 1.0, equations.period(here.X)};
@@ -193,37 +228,17 @@ ClosingEnd closed(const ClosingEquations& equations, const Eigen::VectorXd& X0, 
     }
     const Eigen::VectorXd step = closing_step(equations, here).x;
     entry.step = step.norm();
-    double fraction = std::min(1.0, longest_step / std::max(entry.step, 1e-300));
-    ClosingPoint next;
-    std::string trouble;
-    Outcome trouble_outcome = Outcome::completed;
-    bool shorter = false;
-    for (; fraction >= search.least_fraction && !shorter; fraction *= 0.5) {
-      Eigen::VectorXd X = here.X + fraction * step.cwiseProduct(equations.scale);
-      if (!(equations.period(X) > 0.05 * first_period)) continue;
-      try {
-        X.head(equations.states()) = equations.of->settled(equations.x(X), equations.parameter(X));
-        next = equations.at(X);
-        trouble_outcome = next.shot.outcome;
-        trouble = next.shot.message;
-      } catch (const Error& error) {
-        next.size = std::numeric_limits<double>::infinity();
-        trouble_outcome = Outcome::solver_error;
-        trouble = error.what();
-      }
-      shorter = next.size <= (close ? 0.9 : 1.0 - 0.25 * fraction) * here.size;
-      entry.fraction = fraction;
-      if (close) break;  // one more step, as a polish
-    }
-    if (!shorter) entry.step = entry.fraction = 0.0;
+    PartOfStep part = part_of_step(equations, search, here, step, least_period);
+    entry.fraction = part.fraction;
+    if (!part.shorter) entry.step = entry.fraction = 0.0;
     end.history.push_back(entry);
-    if (!shorter && !close && trouble_outcome != Outcome::completed) return failed(trouble_outcome, trouble);
-    if (shorter) here = std::move(next);
+    if (!part.shorter && !close && part.run_outcome != Outcome::completed) return failed(part.run_outcome, part.trouble);
+    if (part.shorter) here = std::move(part.next);
     if (close) {
-      if (shorter) end.history.push_back({here.size, 0.0, 1.0, equations.period(here.X)});
+      if (part.shorter) end.history.push_back({here.size, 0.0, 1.0, equations.period(here.X)});
       return end;
     }
-    if (!shorter) return end;
+    if (!part.shorter) return end;
   }
 }
 

@@ -51,68 +51,98 @@ bool ends_run(const E& e) {
   }
 }
 
+// An effect by its name and what it takes, without any formula.
+template <int n, class E>
+RecordedEffect unread_effect(const E& e, std::size_t number) {
+  RecordedEffect act;
+  if constexpr (requires { e.name; }) {
+    act.name = std::string("'").append(e.name).append("'");
+  } else {
+    act.name = "effect " + std::to_string(number + 1);
+  }
+  if constexpr (UnilateralEffect<E, n>) {
+    act.takes = "an impact can take energy";
+  } else if constexpr (FrictionEffect<E, n>) {
+    act.takes = "friction takes energy";
+  }
+  return act;
+}
+
+// The variables of a recorded motion as arguments of functors.
+template <int n>
+struct RecordedArguments {
+  using S = formula::Recorded;
+  explicit RecordedArguments(RecordedMotion& of)
+      : m(of), t(m.recording, m.t), q(recorded_vector<n>(m.recording, m.q)), v(recorded_vector<n>(m.recording, m.qdot)) {}
+
+  RecordedMotion& m;
+  S t;
+  Vector<S, n> q, v;
+};
+
+// The force of an effect, whose own states begin at z[first_state]; of friction, one for each direction of sliding.
+template <int n, class E>
+void record_force(RecordedEffect& act, const RecordedArguments<n>& at, const E& e, std::size_t first_state) {
+  using S = formula::Recorded;
+  const auto push = [&](const auto&... z) {
+    if constexpr (requires { e.force(at.q, at.v, z..., at.t); }) {
+      const Vector<S, n> Q = e.force(at.q, at.v, z..., at.t);
+      for (Eigen::Index i = 0; i < Q.size(); ++i) act.force.push_back(Q[i].node_in(at.m.recording));
+    } else {
+      act.unreadable = "does not take every scalar";
+    }
+  };
+  if constexpr (FrictionEffect<E, n>) {
+    for (const double phase : {1.0, -1.0}) push(Vector<S, 1>(S(phase)));
+  } else if constexpr (StateEffect<E>) {
+    constexpr int states = states_of<E>();
+    Vector<S, states> z;
+    for (int i = 0; i < states; ++i) z[i] = S(at.m.recording, at.m.z[first_state + static_cast<std::size_t>(i)]);
+    push(z);
+  } else {
+    push();
+  }
+}
+
+// Slopes and drifts of φ, or of a velocity constraint, row by row.
+template <int n, class E>
+void record_rows(RecordedEffect& act, const RecordedArguments<n>& at, const E& e) {
+  using S = formula::Recorded;
+  RecordedMotion& m = at.m;
+  formula::Graph& graph = m.recording.graph;
+  if constexpr (HolonomicEffect<E, n>) {
+    const auto rows = as_rows(e.phi(at.q, at.t));
+    for (Eigen::Index i = 0; i < rows.size(); ++i) {
+      const int row = rows[i].node_in(m.recording);
+      const std::vector<int> slopes = graph.gradient(row, m.q);
+      act.J.insert(act.J.end(), slopes.begin(), slopes.end());
+      act.drift.push_back(graph.gradient(row, std::vector<int>{m.t})[0]);
+    }
+  } else if constexpr (NonholonomicEffect<E, n>) {
+    const auto rows = as_rows(e.velocity_constraint(at.q, at.v, at.t));
+    for (Eigen::Index i = 0; i < rows.size(); ++i) {
+      const std::vector<int> slopes = graph.gradient(rows[i].node_in(m.recording), m.qdot);
+      act.J.insert(act.J.end(), slopes.begin(), slopes.end());
+    }
+    Vector<S, n> still(at.q.size());
+    for (Eigen::Index i = 0; i < at.q.size(); ++i) still[i] = S(0.0);
+    const auto drift = as_rows(e.velocity_constraint(at.q, still, at.t));
+    for (Eigen::Index i = 0; i < drift.size(); ++i) act.drift.push_back(drift[i].node_in(m.recording));
+  }
+}
+
 // One effect that may do something besides adding to T and V.
 template <int n, class E>
 void record_effect(RecordedScene& r, const E& e, std::size_t number, std::size_t first_state) {
-  using S = formula::Recorded;
-  constexpr int states = states_of<E>();
   constexpr bool pushes = (ForceEffect<E, n> || StateEffect<E>) && !UnilateralEffect<E, n>;
   if constexpr (pushes || ConstraintEffect<E, n>) {
     if (ends_run(e)) return;
-    RecordedEffect act;
-    if constexpr (requires { e.name; }) {
-      act.name = std::string("'").append(e.name).append("'");
-    } else {
-      act.name = "effect " + std::to_string(number + 1);
-    }
-    if constexpr (UnilateralEffect<E, n>) {
-      act.takes = "an impact can take energy";
-    } else if constexpr (FrictionEffect<E, n>) {
-      act.takes = "friction takes energy";
-    }
-    RecordedMotion& m = r.motion;
-    formula::Graph& graph = m.recording.graph;
-    m.recording.source = act.name;
-    const S t(m.recording, m.t);
-    const Vector<S, n> q = recorded_vector<n>(m.recording, m.q), v = recorded_vector<n>(m.recording, m.qdot);
-    const auto add_force = [&](const Vector<S, n>& Q) {
-      for (Eigen::Index i = 0; i < Q.size(); ++i) act.force.push_back(Q[i].node_in(m.recording));
-    };
-    const auto push = [&](const auto&... z) {
-      if constexpr (requires { e.force(q, v, z..., t); }) add_force(e.force(q, v, z..., t));
-      else act.unreadable = "does not take every scalar";
-    };
+    RecordedEffect act = unread_effect<n>(e, number);
+    r.motion.recording.source = act.name;
+    const RecordedArguments<n> arguments(r.motion);
     try {
-      if constexpr (pushes) {
-        if constexpr (FrictionEffect<E, n>) {
-          for (const double phase : {1.0, -1.0}) push(Vector<S, 1>(S(phase)));
-        } else if constexpr (StateEffect<E>) {
-          Vector<S, states> z;
-          for (int i = 0; i < states; ++i) z[i] = S(m.recording, m.z[first_state + static_cast<std::size_t>(i)]);
-          push(z);
-        } else {
-          push();
-        }
-      }
-      if constexpr (HolonomicEffect<E, n>) {
-        const auto rows = as_rows(e.phi(q, t));
-        for (Eigen::Index i = 0; i < rows.size(); ++i) {
-          const int row = rows[i].node_in(m.recording);
-          const std::vector<int> slopes = graph.gradient(row, m.q);
-          act.J.insert(act.J.end(), slopes.begin(), slopes.end());
-          act.drift.push_back(graph.gradient(row, std::vector<int>{m.t})[0]);
-        }
-      } else if constexpr (NonholonomicEffect<E, n>) {
-        const auto rows = as_rows(e.velocity_constraint(q, v, t));
-        for (Eigen::Index i = 0; i < rows.size(); ++i) {
-          const std::vector<int> slopes = graph.gradient(rows[i].node_in(m.recording), m.qdot);
-          act.J.insert(act.J.end(), slopes.begin(), slopes.end());
-        }
-        Vector<S, n> still(q.size());
-        for (Eigen::Index i = 0; i < q.size(); ++i) still[i] = S(0.0);
-        const auto drift = as_rows(e.velocity_constraint(q, still, t));
-        for (Eigen::Index i = 0; i < drift.size(); ++i) act.drift.push_back(drift[i].node_in(m.recording));
-      }
+      if constexpr (pushes) record_force<n>(act, arguments, e, first_state);
+      if constexpr (ConstraintEffect<E, n>) record_rows<n>(act, arguments, e);
     } catch (const NotAnalytic&) {
       act.unreadable = "asks for signs or sizes of its arguments";
     }

@@ -220,29 +220,37 @@ class AdjointEquations {
       }
   }
 
-  // λ and the integrals over a part of a step, from its later end to its earlier one.
-  void over(double from, double to) {
-    static const GaussTable gauss(stages);
-    constexpr int most_sweeps = 60;
-    const double H = to - from, exact_to = std::max(4 * std::numeric_limits<double>::epsilon(), 1e-3 * fine_ * fine_);
+  // λ̇ of an entry at a node; or what the sizes of its terms add up to, with a minus.
+  double slope(const Node& node, Eigen::Index j, bool sizes) const {
+    const double *const A = node.A.data() + starts_ * j, *const l = node.lambda.data();
+    double sum = node.g.by_y.size() > 0 ? node.g.by_y[entry(j)] : 0.0;
+    if (sizes) sum = std::abs(sum);
+    for (Eigen::Index i = 0; i < starts_; ++i) sum += sizes ? std::abs(A[i] * l[i]) : A[i] * l[i];
+    return -sum;
+  }
+
+  // What is known at the nodes of a part of a step, and a first K.
+  //
+  // @return  sizes of what is added to λ
+  Eigen::VectorXd begin_part(const GaussTable& gauss, double from, double H) {
     for (Eigen::Index i = 0; i < stages; ++i) {
       look(from + gauss.c[i] * H, nodes_[i]);
       nodes_[i].lambda = lambda;
     }
-    Eigen::VectorXd rough = Eigen::VectorXd::Zero(starts_);  // sizes of what is added
-    const auto slope = [&](const Node& node, Eigen::Index j, bool sizes) {
-      const double *const A = node.A.data() + starts_ * j, *const l = node.lambda.data();
-      double sum = node.g.by_y.size() > 0 ? node.g.by_y[entry(j)] : 0.0;
-      if (sizes) sum = std::abs(sum);
-      for (Eigen::Index i = 0; i < starts_; ++i) sum += sizes ? std::abs(A[i] * l[i]) : A[i] * l[i];
-      return -sum;
-    };
+    Eigen::VectorXd rough = Eigen::VectorXd::Zero(starts_);
     for (Eigen::Index i = 0; i < stages; ++i)
       for (Eigen::Index j = 0; j < starts_; ++j) {
         K_(i, j) = slope(nodes_[i], j, false);
         rough[j] = std::max(rough[j], std::abs(lambda[j]) - std::abs(H) * slope(nodes_[i], j, true));
       }
     if (H_before_ != 0.0 && std::abs(H) <= 2.0 * std::abs(H_before_)) guess(gauss, H / H_before_);
+    return rough;
+  }
+
+  // Iterates K and λ at the nodes; whether they settle.
+  bool iterate(const GaussTable& gauss, double H, Eigen::VectorXd& rough) {
+    constexpr int most_sweeps = 60;
+    const double exact_to = std::max(4 * std::numeric_limits<double>::epsilon(), 1e-3 * fine_ * fine_);
     bool settled = false;
     for (int sweep = 0; sweep < most_sweeps && !settled; ++sweep) {
       settled = true;
@@ -263,19 +271,33 @@ class AdjointEquations {
         }
       }
     }
+    return settled;
+  }
+
+  // The integral over a part of what `row` says at a node: the value, and the size of its terms, to whose rounding it is known.
+  //
+  // @param size    of what the integral is added to
+  // @param smooth  becomes false where the polynomial of the values has not converged
+  double integrated(const GaussTable& gauss, double H, const auto& row, double size, bool& smooth) const {
+    double sum = 0.0, highest = 0.0, most = 0.0;
+    for (Eigen::Index i = 0; i < stages; ++i) {
+      const auto [value, of] = row(nodes_[i]);
+      sum += gauss.b[i] * value;
+      highest += gauss.b[i] * gauss.highest[i] * value;
+      most = std::max(most, of);
+    }
+    smooth = smooth && std::abs(H * highest) * (2 * stages - 1) <= fine_ * (size + std::abs(H) * most);
+    return H * sum;
+  }
+
+  // λ and the integrals over a part of a step, from its later end to its earlier one.
+  void over(double from, double to) {
+    static const GaussTable gauss(stages);
+    const double H = to - from;
+    Eigen::VectorXd rough = begin_part(gauss, from, H);
+    bool smooth = iterate(gauss, H, rough);
     // What is integrated, by rows: K, then g, then Bᵀλ + ∂g/∂p.
-    bool smooth = settled;
-    const auto summed = [&](const auto& row, double size) {
-      double sum = 0.0, highest = 0.0, most = 0.0;
-      for (Eigen::Index i = 0; i < stages; ++i) {
-        const auto [value, of] = row(nodes_[i]);  // and the size of its terms, to whose rounding it is known
-        sum += gauss.b[i] * value;
-        highest += gauss.b[i] * gauss.highest[i] * value;
-        most = std::max(most, of);
-      }
-      smooth = smooth && std::abs(H * highest) * (2 * stages - 1) <= fine_ * (size + std::abs(H) * most);
-      return H * sum;
-    };
+    const auto summed = [&](const auto& row, double size) { return integrated(gauss, H, row, size, smooth); };
     Eigen::VectorXd next = lambda, part(parameters_ + 1);
     for (Eigen::Index j = 0; j < starts_; ++j)
       next[j] += summed([&](const Node& node) { return std::pair(K_(&node - nodes_, j), -slope(node, j, true)); }, std::abs(lambda[j]));
