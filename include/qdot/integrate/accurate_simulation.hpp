@@ -168,6 +168,113 @@ inline bool is_of_tolerance(Outcome outcome, double tolerance) noexcept {
   return is_limit(outcome) || (of_steps && tolerance < 1e-11);
 }
 
+// The runs of a search for accuracy, the report of them so far, and what they say of each other.
+template <class Accurate, FirstOrderSystem F>
+class AccuracyTrials {
+  using R = decltype(Accurate::run);
+
+ public:
+  AccuracyTrials(const F& system, Eigen::Index dof, double accuracy, ComponentSizes sizes)
+      : system_(system), dof_(dof), sizes_(std::move(sizes)), scale_(sizes_.sizes), largest_scale_(most_growth * scale_), search_(accuracy) {
+    result_.accuracy = accuracy;
+  }
+
+  std::optional<double> next_tolerance() const { return search_.next(); }
+  Eigen::VectorXd absolute_tolerances(double tolerance) const { return sizes_.tolerances(tolerance, scale_); }
+
+  // Takes in a run; false where no further one helps.
+  bool add(Launched<R> now, double tolerance, const Eigen::VectorXd& atol) {
+    result_.evaluations += now.run.statistics.evaluations;
+    result_.seconds += now.run.statistics.wall_seconds;
+    if (failed(now.run.outcome)) return add_failed(std::move(now), tolerance, atol);
+    compare(now, tolerance);
+    before_.push_back(now.motion);
+    keep(std::move(now), tolerance, atol);
+    return true;
+  }
+
+  // The report with the last run.
+  Accurate report() {
+    result_.run = std::move(last_->run);
+    result_.trials = search_.trials();
+    if (failed(result_.run.outcome)) return std::move(result_);
+
+    result_.error_estimate = search_.estimate();
+    result_.worst = apart_.component < 0 ? "" : system_.component_name(apart_.component);
+    result_.worst_time = apart_.t;
+    result_.event_time_error = apart_.event_time;
+    result_.forecast = search_.forecast();
+    if (!result_.reached()) explain_miss();
+    return std::move(result_);
+  }
+
+ private:
+  // Absolute tolerances hardly grow beside the relative one, whatever is seen: what is small most of the time and large for an
+  // instant (the rate of an angle about a pole) errs by another law with larger ones, and the first run would say nothing of it.
+  static constexpr double most_growth = 4.0;
+
+  // Takes in a run that failed; false where no further one helps.
+  bool add_failed(Launched<R> now, double tolerance, const Eigen::VectorXd& atol) {
+    const Outcome outcome = now.run.outcome;
+    if (last_ && is_of_tolerance(outcome, tolerance)) {
+      given_up_ = "a run with rtol = " + text_of(tolerance) + " ended with " + now.run.message;
+      if (is_limit(outcome)) return false;
+      search_.too_tight(tolerance);
+      return true;
+    }
+    const bool certain = last_ || failed_before_ || is_limit(outcome);
+    keep(std::move(now), tolerance, atol);
+    if (certain) return false;
+    failed_before_ = true;
+    search_.skipped(tolerance);
+    last_.reset();
+    return true;
+  }
+
+  // Tells the search how far this run is from those before it.
+  void compare(const Launched<R>& now, double tolerance) {
+    const Statistics& statistics = now.run.statistics;
+    sizes_ = component_sizes(system_, dof_, now.motion.sizes, now.motion.t, now.motion.y, now.motion.duration());
+    scale_ = sizes_.sizes.cwiseMin(largest_scale_);
+    std::vector<double> differences;
+    for (const Motion& each : before_) {
+      apart_ = difference(each, now.motion, sizes_);
+      differences.push_back(apart_.relative);
+    }
+    search_.ran({tolerance, apart_.relative, work(statistics, system_.size()), statistics.wall_seconds, statistics.method}, differences,
+                natural_times(statistics, tolerance), law_of(statistics));
+  }
+
+  void keep(Launched<R> now, double tolerance, const Eigen::VectorXd& atol) {
+    last_ = std::move(now);
+    result_.rtol = tolerance;
+    result_.atol = atol;
+  }
+
+  // Outcome and message of a run that is not as accurate as it must be.
+  void explain_miss() {
+    constexpr Outcome missed = Outcome::accuracy_not_reached;
+    result_.run.outcome = missed;
+    result_.run.message = sentence({name(missed), ": the error of the whole motion must be at most ", result_.accuracy, ", but is estimated at ",
+                                    {result_.error_estimate, 2},
+                                    result_.worst.empty() ? "" : sentence({", most of all in ", result_.worst, " at t = ", result_.worst_time}),
+                                    ", with rtol = ", result_.rtol,
+                                    "; ", given_up_.empty() ? "a tighter one does not help" : given_up_, ": ", advice(missed)});
+  }
+
+  const F& system_;
+  Eigen::Index dof_;
+  ComponentSizes sizes_;
+  Eigen::VectorXd scale_, largest_scale_;  // for absolute tolerances
+  ToleranceSearch search_;
+  Accurate result_;
+  std::optional<Launched<R>> last_;
+  std::vector<Motion> before_;
+  MotionDifference apart_;  // the last two
+  std::string given_up_;    // why a tighter run counts for nothing
+  bool failed_before_ = false;
+};
+
 // Runs until it is accurate enough, or cannot be: a report with the last run beside it.
 //
 // @param launch  (rtol, atol) ↦ Launched<R>
@@ -175,76 +282,12 @@ template <class Accurate, FirstOrderSystem F, class Launch>
 Accurate accurate(const F& system, Eigen::Index dof, double accuracy, ComponentSizes sizes, Launch&& launch) {
   require_option(accuracy > 0 && accuracy < 1, "the accuracy", "must lie between 0 and 1", accuracy,
                  "ask for the relative error of the whole motion, say 1e-6");
-  using R = decltype(Accurate::run);
-  Accurate result;
-  result.accuracy = accuracy;
-  ToleranceSearch search(accuracy);
-  std::optional<Launched<R>> last;
-  std::vector<Motion> before;
-  MotionDifference apart;
-  std::string given_up;
-  bool failed_before = false;
-  // Absolute tolerances hardly grow beside the relative one, whatever is seen: what is small most of the time and large for an
-  // instant (the rate of an angle about a pole) errs by another law with larger ones, and the first run would say nothing of it.
-  constexpr double most_growth = 4.0;
-  Eigen::VectorXd scale = sizes.sizes;
-  const Eigen::VectorXd largest_scale = most_growth * scale;
-  while (const std::optional<double> tolerance = search.next()) {
-    const Eigen::VectorXd atol = sizes.tolerances(*tolerance, scale);
-    Launched<R> now = launch(*tolerance, atol);
-    const Statistics& statistics = now.run.statistics;
-    const Outcome outcome = now.run.outcome;
-    result.evaluations += statistics.evaluations;
-    result.seconds += statistics.wall_seconds;
-    if (failed(outcome)) {
-      if (last && is_of_tolerance(outcome, *tolerance)) {
-        given_up = "a run with rtol = " + text_of(*tolerance) + " ended with " + now.run.message;
-        if (is_limit(outcome)) break;
-        search.too_tight(*tolerance);
-        continue;
-      }
-      const bool certain = last || failed_before || is_limit(outcome);
-      last = std::move(now);
-      result.rtol = *tolerance;
-      result.atol = atol;
-      if (certain) break;
-      failed_before = true;
-      search.skipped(*tolerance);
-      last.reset();
-      continue;
-    }
-    sizes = component_sizes(system, dof, now.motion.sizes, now.motion.t, now.motion.y, now.motion.duration());
-    scale = sizes.sizes.cwiseMin(largest_scale);
-    std::vector<double> differences;
-    for (const Motion& each : before) {
-      apart = difference(each, now.motion, sizes);
-      differences.push_back(apart.relative);
-    }
-    search.ran({*tolerance, apart.relative, work(statistics, system.size()), statistics.wall_seconds, statistics.method}, differences,
-               natural_times(statistics, *tolerance), law_of(statistics));
-    before.push_back(now.motion);
-    last = std::move(now);
-    result.rtol = *tolerance;
-    result.atol = atol;
+  AccuracyTrials<Accurate, F> trials(system, dof, accuracy, std::move(sizes));
+  while (const std::optional<double> tolerance = trials.next_tolerance()) {
+    const Eigen::VectorXd atol = trials.absolute_tolerances(*tolerance);
+    if (!trials.add(launch(*tolerance, atol), *tolerance, atol)) break;
   }
-  result.run = std::move(last->run);
-  result.trials = search.trials();
-  if (failed(result.run.outcome)) return result;
-
-  result.error_estimate = search.estimate();
-  result.worst = apart.component < 0 ? "" : system.component_name(apart.component);
-  result.worst_time = apart.t;
-  result.event_time_error = apart.event_time;
-  result.forecast = search.forecast();
-  if (result.reached()) return result;
-  constexpr Outcome missed = Outcome::accuracy_not_reached;
-  result.run.outcome = missed;
-  result.run.message = sentence({name(missed), ": the error of the whole motion must be at most ", accuracy, ", but is estimated at ",
-                                 {result.error_estimate, 2},
-                                 result.worst.empty() ? "" : sentence({", most of all in ", result.worst, " at t = ", result.worst_time}),
-                                     ", with rtol = ", result.rtol,
-                                 "; ", given_up.empty() ? "a tighter one does not help" : given_up, ": ", advice(missed)});
-  return result;
+  return trials.report();
 }
 
 }  // namespace detail

@@ -158,84 +158,123 @@ class GaussStepper : public detail::FixedStep<N, n, states> {
     return change < std::numeric_limits<double>::min() ? 0.0 : size > 0.0 ? change / size : change;
   }
 
+  static constexpr Eigen::Index index(std::size_t i) { return static_cast<Eigen::Index>(i); }
+
+  // A largest change, and the largest value beside it.
+  struct Change {
+    double change = 0.0, size = 0.0;
+  };
+
+  // The step of h that ends at `end`, into y and p_new; false where an iteration does not converge.
   bool solve(double end, double h) {
+    guess_stages(h);
+    const Vec q = q_of(this->y_);
+    evaluate_stages(q, h);
+    for (std::size_t i = 0; i < V_.size(); ++i) inverse_[i] = inverse_mass(Q_[i], V_[i], times_[i]);
+    this->statistics_.linear_setups += static_cast<long>(V_.size());
+    if (!iterate_stages(q, h)) return false;
+    add_increments(h);
+    return find_velocity(this->clock_.shown(end));
+  }
+
+  // The first V of a step of h: the polynomial of the step before, carried on, or q̇.
+  void guess_stages(double h) {
     const std::size_t s = V_.size();
-    const auto i_of = [](std::size_t i) { return static_cast<Eigen::Index>(i); };
-    for (std::size_t i = 0; i < s; ++i) times_[i] = this->clock_.shown(this->elapsed_ + table_.c[i_of(i)] * h);
+    for (std::size_t i = 0; i < s; ++i) times_[i] = this->clock_.shown(this->elapsed_ + table_.c[index(i)] * h);
     V_old_ = V_;
     for (std::size_t i = 0; i < s; ++i) {
       if (guess_is_known_ && h == h_before_) {
         V_[i].setZero();
-        for (std::size_t j = 0; j < s; ++j) V_[i] += extrapolation_(i_of(i), i_of(j)) * V_old_[j];
+        for (std::size_t j = 0; j < s; ++j) V_[i] += extrapolation_(index(i), index(j)) * V_old_[j];
       } else {
         V_[i] = v_of(this->y_);
       }
     }
-    const Vec q = q_of(this->y_);
-    double rate_change = 0.0, rate_size = 0.0;  // of ż
-    const auto place = [&] {
-      for (std::size_t i = 0; i < s; ++i) {
-        Vec sum = Vec::Zero(dof());
-        for (std::size_t j = 0; j < s; ++j) sum += table_.a(i_of(i), i_of(j)) * V_[j];
-        Q_[i] = q + h * sum;
+  }
+
+  // Q, Z, ż and the forces that belong to V; the change of ż.
+  Change evaluate_stages(const Vec& q, double h) {
+    const std::size_t s = V_.size();
+    for (std::size_t i = 0; i < s; ++i) {
+      Vec sum = Vec::Zero(dof());
+      for (std::size_t j = 0; j < s; ++j) sum += table_.a(index(i), index(j)) * V_[j];
+      Q_[i] = q + h * sum;
+    }
+    Change rate;
+    if constexpr (states != 0) rate = evaluate_states(h);
+    mechanics().write_forces(s, Q_.data(), V_.data(), Z_.data(), times_.data(), force_.data());
+    this->statistics_.evaluations += static_cast<long>(s);
+    return rate;
+  }
+
+  // Z and ż at the stages; the change of ż.
+  Change evaluate_states(double h) {
+    const std::size_t s = V_.size();
+    const States z = z_of(this->y_);
+    for (std::size_t i = 0; i < s; ++i) {
+      Z_[i] = z;
+      for (std::size_t j = 0; j < s; ++j) Z_[i] += h * table_.a(index(i), index(j)) * zdot_[j];
+    }
+    Change of_rate;
+    for (std::size_t i = 0; i < s; ++i) {
+      const States rate = mechanics().zdot(Q_[i], V_[i], Z_[i], times_[i]);
+      for (Eigen::Index k = 0; k < rate.size(); ++k) {
+        of_rate.change = std::max(of_rate.change, std::abs(rate[k] - zdot_[i][k]));
+        of_rate.size = std::max(of_rate.size, std::abs(rate[k]));
       }
-      if constexpr (states != 0) {
-        const States z = z_of(this->y_);
-        for (std::size_t i = 0; i < s; ++i) {
-          Z_[i] = z;
-          for (std::size_t j = 0; j < s; ++j) Z_[i] += h * table_.a(i_of(i), i_of(j)) * zdot_[j];
-        }
-        rate_change = rate_size = 0.0;
-        for (std::size_t i = 0; i < s; ++i) {
-          const States rate = mechanics().zdot(Q_[i], V_[i], Z_[i], times_[i]);
-          for (Eigen::Index k = 0; k < rate.size(); ++k) {
-            rate_change = std::max(rate_change, std::abs(rate[k] - zdot_[i][k]));
-            rate_size = std::max(rate_size, std::abs(rate[k]));
-          }
-          zdot_[i] = rate;
-        }
-      }
-      mechanics().write_forces(s, Q_.data(), V_.data(), Z_.data(), times_.data(), force_.data());
-      this->statistics_.evaluations += static_cast<long>(s);
-    };
-    place();
-    for (std::size_t i = 0; i < s; ++i) inverse_[i] = inverse_mass(Q_[i], V_[i], times_[i]);
-    this->statistics_.linear_setups += static_cast<long>(s);
+      zdot_[i] = rate;
+    }
+    return of_rate;
+  }
+
+  // Vᵢ ← Vᵢ − M⁻¹ (p(Qᵢ, Vᵢ) − p − h Σⱼ aᵢⱼ Fⱼ); the change of V.
+  Change correct_velocities(double h) {
+    const std::size_t s = V_.size();
+    Change of_v;
+    mechanics().write_momenta(s, Q_.data(), V_.data(), times_.data(), momenta_.data());
+    for (std::size_t i = 0; i < s; ++i) {
+      Vec wanted = Vec::Zero(dof());
+      for (std::size_t j = 0; j < s; ++j) wanted += table_.a(index(i), index(j)) * force_[j];
+      const Vec correction = inverse_[i] * (p_ - momenta_[i] + h * wanted);
+      V_[i] += correction;
+      if (!V_[i].allFinite()) throw NonFinite("a stage", this->t_, "the stages of the step became infinite or NaN");
+      of_v.change = std::max(of_v.change, correction.cwiseAbs().maxCoeff());
+      of_v.size = std::max(of_v.size, V_[i].cwiseAbs().maxCoeff());
+    }
+    return of_v;
+  }
+
+  // Corrects V until the change is rounding; whether it gets there.
+  bool iterate_stages(const Vec& q, double h) {
     double before = std::numeric_limits<double>::infinity(), change_before = before;
-    bool converged = false;
-    for (int iteration = 0; iteration < most_iterations && !converged; ++iteration) {
+    for (int iteration = 0; iteration < most_iterations; ++iteration) {
       if (iteration > 10 && this->over_budget()) return false;  // most steps have converged by then
-      double change = 0.0, size = 0.0;
-      mechanics().write_momenta(s, Q_.data(), V_.data(), times_.data(), momenta_.data());
-      for (std::size_t i = 0; i < s; ++i) {
-        Vec wanted = Vec::Zero(dof());
-        for (std::size_t j = 0; j < s; ++j) wanted += table_.a(i_of(i), i_of(j)) * force_[j];
-        const Vec correction = inverse_[i] * (p_ - momenta_[i] + h * wanted);
-        V_[i] += correction;
-        if (!V_[i].allFinite()) throw NonFinite("a stage", this->t_, "the stages of the step became infinite or NaN");
-        change = std::max(change, correction.cwiseAbs().maxCoeff());
-        size = std::max(size, V_[i].cwiseAbs().maxCoeff());
-      }
-      diverges_ = change > change_before;  // what the model says of stages beyond that is the iteration's fault
-      change_before = change;
-      place();
-      double part = relative(change, size);
+      const Change of_v = correct_velocities(h);
+      diverges_ = of_v.change > change_before;  // what the model says of stages beyond that is the iteration's fault
+      change_before = of_v.change;
+      const Change of_rate = evaluate_stages(q, h);
+      double part = relative(of_v.change, of_v.size);
       bool at_rounding = false;
       if (has_effects_) {  // forces may balance, and what is left of V or ż be rounding: measured by the largest so far
-        largest_v_ = std::max(largest_v_, size);
-        largest_rate_ = std::max(largest_rate_, rate_size);
-        part = std::max(relative(change, largest_v_), relative(rate_change, largest_rate_));
-        for (const Vec& at : Q_) at_rounding = at_rounding || (rate_size == 0.0 && std::abs(h) * change <= this->epsilon * at.cwiseAbs().maxCoeff());
+        largest_v_ = std::max(largest_v_, of_v.size);
+        largest_rate_ = std::max(largest_rate_, of_rate.size);
+        part = std::max(relative(of_v.change, largest_v_), relative(of_rate.change, largest_rate_));
+        for (const Vec& at : Q_)
+          at_rounding = at_rounding || (of_rate.size == 0.0 && std::abs(h) * of_v.change <= this->epsilon * at.cwiseAbs().maxCoeff());
       }
-      converged = part == 0.0 || ((part < 1e-12 || at_rounding) && part >= 0.5 * before);
+      if (part == 0.0 || ((part < 1e-12 || at_rounding) && part >= 0.5 * before)) return true;
       before = part;
     }
-    if (!converged) return false;
+    return false;
+  }
 
+  // y and p_new at the end of the step, by the weights of the method.
+  void add_increments(double h) {
+    const std::size_t s = V_.size();
     Vec v_sum = Vec::Zero(dof()), f_sum = v_sum;
     for (std::size_t i = 0; i < s; ++i) {
-      v_sum += table_.b[i_of(i)] * V_[i];
-      f_sum += table_.b[i_of(i)] * force_[i];
+      v_sum += table_.b[index(i)] * V_[i];
+      f_sum += table_.b[index(i)] * force_[i];
     }
     p_new_ = p_;
     lost_p_new_ = lost_p_;
@@ -246,12 +285,11 @@ class GaussStepper : public detail::FixedStep<N, n, states> {
     if constexpr (states != 0) {
       for (Eigen::Index k = 0; k < this->size() - 2 * dof(); ++k) {
         double sum = 0.0;
-        for (std::size_t i = 0; i < s; ++i) sum += table_.b[i_of(i)] * zdot_[i][k];
+        for (std::size_t i = 0; i < s; ++i) sum += table_.b[index(i)] * zdot_[i][k];
         const Eigen::Index row = 2 * dof() + k;
         detail::add_compensated(this->y_[row], this->lost_[row], h * sum);
       }
     }
-    return find_velocity(this->clock_.shown(end));
   }
 
   // q̇ with p(q, q̇) = p by Newton's method; one iteration where T is quadratic in q̇, and one to polish.

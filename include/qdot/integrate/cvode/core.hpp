@@ -96,6 +96,8 @@ struct Core {
   VectorHandle view_of(Eigen::VectorXd& data) {
     return owned<VectorHandle>(N_VMake_Serial(index(data.size()), data.data(), context.get()), "vector");
   }
+  [[gnu::cold]] void create_solver(const Options& options);
+  [[gnu::cold]] void choose_corrector(NewtonMaker newton_of);
   void restart_cvode();
   [[gnu::cold]] bool hop();
   PolynomialView view(double scale, int degree) const {
@@ -137,13 +139,18 @@ inline Core::Core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, Cvo
   weight_vector = view_of(weights);
   error_vector = view_of(errors);
   column_vector = owned<VectorHandle>(N_VMake_Serial(index(n), coefficients.data(), context.get()), "vector");
+  create_solver(options);
+  choose_corrector(newton_of);
+}
 
+// Creates CVODE's memory, and sets what holds for all runs.
+inline void Core::create_solver(const Options& options) {
   memory = owned<MemoryHandle>(CVodeCreate(settings.family, context.get()), "solver");
   require(redirect_messages(memory.get(), messages), "CVodeSetErrHandlerFn");
   require(CVodeInit(memory.get(), &GuardedSystem::right_hand_side, 0.0, y_vector.get()), "CVodeInit");
   require(CVodeSetUserData(memory.get(), &guard), "CVodeSetUserData");
   guard.rtol = options.rtol;
-  tolerate(Eigen::VectorXd::NullaryExpr(n, [&](Eigen::Index i) { return options.atol[i]; }));
+  tolerate(Eigen::VectorXd::NullaryExpr(y.size(), [&](Eigen::Index i) { return options.atol[i]; }));
   require(CVodeWFtolerances(memory.get(), &GuardedSystem::error_weights), "CVodeWFtolerances");
   require(CVodeSetMaxNumSteps(memory.get(), -1), "CVodeSetMaxNumSteps");  // the driver counts
   require(CVodeSetMaxHnilWarns(memory.get(), -1), "CVodeSetMaxHnilWarns");
@@ -156,25 +163,25 @@ inline Core::Core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, Cvo
     require(CVodeSetProjErrEst(memory.get(), SUNFALSE), "CVodeSetProjErrEst");
   }
   if (std::isfinite(max_step)) require(CVodeSetMaxStep(memory.get(), max_step), "CVodeSetMaxStep");
+}
 
+// Gives CVODE its nonlinear solver, and Newton's method a linear one.
+inline void Core::choose_corrector(NewtonMaker newton_of) {
   if (settings.corrector == Corrector::newton) {
-    nonlinear_solver =
-        owned<NonlinearSolverHandle>(SUNNonlinSol_Newton(y_vector.get(), context.get()), "Newton solver");
+    nonlinear_solver = owned<NonlinearSolverHandle>(SUNNonlinSol_Newton(y_vector.get(), context.get()), "Newton solver");
     require(CVodeSetNonlinearSolver(memory.get(), nonlinear_solver.get()), "CVodeSetNonlinearSolver");
     if (newton_of != nullptr) guard.newton = newton_of(guard.system(), context.get());
     if (guard.newton) {
       require(CVodeSetLinearSolver(memory.get(), guard.newton->solver(), guard.newton->matrix()), "CVodeSetLinearSolver");
       require(CVodeSetLinSysFn(memory.get(), &GuardedSystem::sparse_newton), "CVodeSetLinSysFn");
     } else {
-      matrix = owned<MatrixHandle>(SUNDenseMatrix(index(n), index(n), context.get()), "matrix");
-      linear_solver =
-          owned<LinearSolverHandle>(SUNLinSol_Dense(y_vector.get(), matrix.get(), context.get()), "linear solver");
+      matrix = owned<MatrixHandle>(SUNDenseMatrix(index(y.size()), index(y.size()), context.get()), "matrix");
+      linear_solver = owned<LinearSolverHandle>(SUNLinSol_Dense(y_vector.get(), matrix.get(), context.get()), "linear solver");
       require(CVodeSetLinearSolver(memory.get(), linear_solver.get(), matrix.get()), "CVodeSetLinearSolver");
       require(CVodeSetJacFn(memory.get(), &GuardedSystem::jacobian), "CVodeSetJacFn");
     }
   } else {
-    nonlinear_solver =
-        owned<NonlinearSolverHandle>(SUNNonlinSol_FixedPoint(y_vector.get(), 0, context.get()), "fixed-point solver");
+    nonlinear_solver = owned<NonlinearSolverHandle>(SUNNonlinSol_FixedPoint(y_vector.get(), 0, context.get()), "fixed-point solver");
     require(CVodeSetNonlinearSolver(memory.get(), nonlinear_solver.get()), "CVodeSetNonlinearSolver");
   }
 }

@@ -104,78 +104,26 @@ class RootSearch {
   // Notes the first root that counts in watch.root; known[k] are the values at the sample fractions.
   void run(double from, double to, const double* known) {
     watch_.root.reset();
-    from_ = zero_ = left_ = from;
+    from_ = zero_ = left_ = t0_ = t1_ = from;
     to_ = to;
-    double t0 = from, g0 = watch_.value - watch_.level;  // the last two samples
-    double t1 = from, g1 = g0;
+    g0_ = g1_ = watch_.value - watch_.level;
     if (watch_.is_kept && !watch_.off) {
       const double g_end = (known != nullptr ? known[samples_in_panel - 1] : at_(to)) - watch_.level;
-      if (is_noise(from, g0) && is_noise(to, g_end)) return void(watch_.value = g_end + watch_.level);
+      if (is_noise(from, g0_) && is_noise(to, g_end)) return void(watch_.value = g_end + watch_.level);
     }
-    const auto see = [&](double t2, double value) {
-      const double g2 = value - watch_.level;
-      if (watch_.side == 0) {
-        leave_zero(t1, g1, t2, g2);
-      } else if (g2 * watch_.side <= 0) {
-        cross(t1, g1, t2, g2);
-      } else if (watch_.off && t1 != t0 && g0 * watch_.side > 0 && std::abs(g1) <= std::abs(g0) && std::abs(g1) <= std::abs(g2)) {
-        dip(t0, g0, t1, g1, t2, g2);
-      }
-      watch_.off = watch_.off || (std::abs(g2) > watch_.noise && !is_noise(t2, g2));
-      t0 = std::exchange(t1, t2);
-      g0 = std::exchange(g1, g2);
-      return watch_.root.has_value();
-    };
-    const double first = 4 * std::numeric_limits<double>::epsilon() * std::abs(from);
-    const auto is_at_zero = [this] { return watch_.side == 0 || (watch_.is_formula && !watch_.off); };
-    for (double d = std::max(first, (watch_.passed ? 1e-9 : 1e-20) * std::abs(to - from)); is_at_zero() && d < std::abs(to - from); d *= ladder_ratio) {
-      const double t = from + std::copysign(d, to - from);
-      if (t != t1 && see(t, at_(t))) return;
+    if (see_ladder()) return;
+    length_ = known != nullptr ? std::abs(to - from) : std::min((watch_.is_formula ? 4 : 1) * watch_.panel, std::abs(to - from));
+    known_ = t1_ == from ? known : nullptr;
+    is_step_ = known_ != nullptr;
+    indistinct_ = 64 * std::numeric_limits<double>::epsilon() * std::max({std::abs(from), std::abs(to), std::abs(to - from)});
+    while (t1_ != to) {
+      const double left = std::abs(to - t1_);
+      const bool is_last = length_ >= left;
+      const double b = is_last ? to : t1_ + std::copysign(length_, to - t1_);
+      if (is_last) length_ = left;
+      if (watch_.is_formula && !watch_.unproven && watch_.off ? decide_panel(b) : sample_panel(b)) return;
     }
-    std::array<double, samples_in_panel> g;
-    double length = known != nullptr ? std::abs(to - from) : std::min((watch_.is_formula ? 4 : 1) * watch_.panel, std::abs(to - from));
-    if (t1 != from) known = nullptr;
-    bool is_step = known != nullptr;
-    double indistinct = 64 * std::numeric_limits<double>::epsilon() * std::max({std::abs(from), std::abs(to), std::abs(to - from)});
-    while (t1 != to) {
-      const double a = t1, left = std::abs(to - a);
-      const bool is_last = length >= left;
-      const double b = is_last ? to : a + std::copysign(length, to - a);
-      if (watch_.is_formula && !watch_.unproven && watch_.off) {
-        if (is_last) length = left;
-        const bool proven = decided_(a, b);
-        if (!proven && length > indistinct) {
-          length *= 0.5;
-          watch_.unproven = watch_.unproven || ++watch_.panels > most_panels;
-          continue;
-        }
-        const double gb = at_(b) - watch_.level;
-        if (proven) watch_.panel = length;
-        else indistinct *= 2, watch_.rough = watch_.rough || (!(watch_.passed && a == from) && may_touch(g1, gb));
-        if (see(b, gb + watch_.level)) return;
-        if (proven) t0 = t1;  // no dip to look for
-        length *= 2;
-        continue;
-      }
-      const auto at = [&](std::size_t k) { return k + 1 == samples_in_panel ? b : a + sample_points[k] * (b - a); };
-      g[0] = g1;
-      for (std::size_t k = 1; k < samples_in_panel; ++k) g[k] = (known != nullptr ? known[k] : at_(at(k))) - watch_.level;
-      known = nullptr;
-      if (is_last) length = left;
-      const double shortest = std::max(1e-9 * std::abs(to - from), 1e3 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a), std::abs(b)));
-      if (!is_noise(b, largest(g)) && !is_good(g, length <= shortest, std::exchange(is_step, false))) {
-        length *= 0.5;
-        continue;
-      }
-      watch_.panel = length;
-      if (may_turn(g, 0, 0.0) && see(a + close_to_joint * (b - a), at_(a + close_to_joint * (b - a)))) return;
-      for (std::size_t k = 1; k < samples_in_panel; ++k) {
-        if (k + 1 == samples_in_panel && may_turn(g, samples_in_panel - 3, 1.0) && see(b - close_to_joint * (b - a), at_(b - close_to_joint * (b - a)))) return;
-        if (see(at(k), g[k] + watch_.level)) return;
-      }
-      length = watch_.rough ? std::abs(to - from) : 2 * length;
-    }
-    watch_.value = g1 + watch_.level;
+    watch_.value = g1_ + watch_.level;
   }
 
   // True when a panel shows what there is, or nothing more can be done about it: it is short, for g jumps, or there are too many.
@@ -224,6 +172,75 @@ class RootSearch {
   }
 
  private:
+  // Takes in the next sample of the function; true when a root is found.
+  bool see(double t2, double value) {
+    const double g2 = value - watch_.level;
+    if (watch_.side == 0) {
+      leave_zero(t1_, g1_, t2, g2);
+    } else if (g2 * watch_.side <= 0) {
+      cross(t1_, g1_, t2, g2);
+    } else if (watch_.off && t1_ != t0_ && g0_ * watch_.side > 0 && std::abs(g1_) <= std::abs(g0_) && std::abs(g1_) <= std::abs(g2)) {
+      dip(t0_, g0_, t1_, g1_, t2, g2);
+    }
+    watch_.off = watch_.off || (std::abs(g2) > watch_.noise && !is_noise(t2, g2));
+    t0_ = std::exchange(t1_, t2);
+    g0_ = std::exchange(g1_, g2);
+    return watch_.root.has_value();
+  }
+
+  // Samples the way out of zero at distances that grow by a ratio; true when a root is found.
+  bool see_ladder() {
+    const double way = to_ - from_, first = 4 * std::numeric_limits<double>::epsilon() * std::abs(from_);
+    const auto is_at_zero = [this] { return watch_.side == 0 || (watch_.is_formula && !watch_.off); };
+    for (double d = std::max(first, (watch_.passed ? 1e-9 : 1e-20) * std::abs(way)); is_at_zero() && d < std::abs(way); d *= ladder_ratio) {
+      const double t = from_ + std::copysign(d, way);
+      if (t != t1_ && see(t, at_(t))) return true;
+    }
+    return false;
+  }
+
+  // Passes the panel up to b by its ends where a proof allows it or the panel is too short to halve; true when a root is found.
+  bool decide_panel(double b) {
+    const double a = t1_;
+    const bool proven = decided_(a, b);
+    if (!proven && length_ > indistinct_) {
+      length_ *= 0.5;
+      watch_.unproven = watch_.unproven || ++watch_.panels > most_panels;
+      return false;
+    }
+    const double gb = at_(b) - watch_.level;
+    if (proven) watch_.panel = length_;
+    else indistinct_ *= 2, watch_.rough = watch_.rough || (!(watch_.passed && a == from_) && may_touch(g1_, gb));
+    if (see(b, gb + watch_.level)) return true;
+    if (proven) t0_ = t1_;  // no dip to look for
+    length_ *= 2;
+    return false;
+  }
+
+  // Samples the panel up to b and looks through the samples if they show enough, else halves it; true when a root is found.
+  bool sample_panel(double b) {
+    const double a = t1_;
+    const auto at = [&](std::size_t k) { return k + 1 == samples_in_panel ? b : a + sample_points[k] * (b - a); };
+    std::array<double, samples_in_panel> g;
+    g[0] = g1_;
+    for (std::size_t k = 1; k < samples_in_panel; ++k) g[k] = (known_ != nullptr ? known_[k] : at_(at(k))) - watch_.level;
+    known_ = nullptr;
+    const double shortest = std::max(1e-9 * std::abs(to_ - from_), 1e3 * std::numeric_limits<double>::epsilon() * std::max(std::abs(a), std::abs(b)));
+    if (!is_noise(b, largest(g)) && !is_good(g, length_ <= shortest, std::exchange(is_step_, false))) {
+      length_ *= 0.5;
+      return false;
+    }
+    watch_.panel = length_;
+    const double near_a = a + close_to_joint * (b - a), near_b = b - close_to_joint * (b - a);
+    if (may_turn(g, 0, 0.0) && see(near_a, at_(near_a))) return true;
+    for (std::size_t k = 1; k < samples_in_panel; ++k) {
+      if (k + 1 == samples_in_panel && may_turn(g, samples_in_panel - 3, 1.0) && see(near_b, at_(near_b))) return true;
+      if (see(at(k), g[k] + watch_.level)) return true;
+    }
+    length_ = watch_.rough ? std::abs(to_ - from_) : 2 * length_;
+    return false;
+  }
+
   static double largest(const std::array<double, samples_in_panel>& g) {
     double size = 0.0;
     for (const double each : g) size = std::max(size, std::abs(each));
@@ -362,6 +379,10 @@ class RootSearch {
   FunctionElsewhere<double, double> noise_;
   double from_ = 0.0, to_ = 0.0, unit_;  // what rounding of t may hide: behind a switch by time elapsed begins at zero, and t some units later
   double zero_ = 0.0, left_ = 0.0;  // the last sample that was exactly zero, and the one behind it
+  double t0_ = 0.0, g0_ = 0.0, t1_ = 0.0, g1_ = 0.0;  // the last two samples
+  double length_ = 0.0, indistinct_ = 0.0;  // of the next panel, and the length up to which an undecided one is not halved
+  const double* known_ = nullptr;  // values at the sample fractions of the first panel, if they are known and not yet used
+  bool is_step_ = false;           // the next panel is the whole step
 };
 
 // What a run asks of it, compiled once in a program, or in the library (qdot::compiled).

@@ -68,19 +68,64 @@ template <int n_at_compile_time>
   is_known_ = further_->table().lines.size() <= most_lines;
 }
 
-template <int n_at_compile_time>
-bool TracedJacobian<n_at_compile_time>::write_by_columns(double t, const double* y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out) {
-  const auto n = factors_.n;
-  const std::size_t m = factors_.m;
-  const std::size_t states = zdot_.size();
-  const Eigen::Index stride = out.outerStride();
-  double* const inputs = lines_.inputs();
+// inputs of lines ← y and t.
+template <class Size>
+[[gnu::always_inline]] inline void write_inputs(Size n, std::size_t states, double t, const double* y, double* inputs) {
   each(n, [&](auto i) __attribute__((always_inline)) {
     inputs[i] = y[i];
     inputs[n + i] = y[n + i];
   });
   inputs[2 * n] = t;
   for (std::size_t k = 0; k < states; ++k) inputs[2 * n + 1 + k] = y[2 * n + k];
+}
+
+// ydot ← q̇, q̈ and ż, of which q̈ becomes an input of further lines too; a sum that is zero if all are finite.
+template <class Size, class Accelerations>
+[[gnu::always_inline]] inline double write_rates(Size n, const double* y, const Accelerations& a, const TracedLines<>& lines, const std::vector<int>& zdot,
+                                                 double* ydot, double* accelerations) {
+  double zero = 0.0;
+  each(n, [&](auto i) __attribute__((always_inline)) {
+    ydot[i] = y[n + i];
+    ydot[n + i] = accelerations[i] = a[i];
+    zero += a[i] - a[i];
+  });
+  for (std::size_t k = 0; k < zdot.size(); ++k) {
+    ydot[2 * n + k] = lines[zdot[k]];
+    zero += ydot[2 * n + k] - ydot[2 * n + k];
+  }
+  return zero;
+}
+
+// Column j of the Jacobian: slopes of q̇ are 0 or 1, those of q̈ are given, and the rows of states are zero for now.
+template <class Size, class Acceleration>
+[[gnu::always_inline]] inline void write_column(Size n, std::size_t states, int j, Eigen::Ref<Eigen::MatrixXd>& out, const Acceleration& acceleration) {
+  double* const column = out.data() + j * out.outerStride();
+  each(n, [&](auto i) __attribute__((always_inline)) {
+    column[i] = static_cast<std::size_t>(j) == n + i ? 1.0 : 0.0;
+    column[n + i] = acceleration(i);
+  });
+  for (std::size_t k = 0; k < states; ++k) column[2 * n + k] = 0.0;
+}
+
+// Writes the slopes of states that are not zero; a sum that is zero if all of them are finite.
+inline double write_slopes_of_states(const TracedLines<>& lines, const SparseEntries& states, std::size_t first_row, Eigen::Ref<Eigen::MatrixXd>& out) {
+  double zero = 0.0;
+  for (std::size_t k = 0; k < states.rows(); ++k)
+    for (const auto& entry : states.row(k)) {
+      const double slope = lines[entry.what];
+      out(static_cast<Eigen::Index>(first_row + k), entry.column) = slope;
+      zero += slope - slope;
+    }
+  return zero;
+}
+
+template <int n_at_compile_time>
+bool TracedJacobian<n_at_compile_time>::write_by_columns(double t, const double* y, double* ydot, Eigen::Ref<Eigen::MatrixXd> out) {
+  const auto n = factors_.n;
+  const std::size_t m = factors_.m;
+  const std::size_t states = zdot_.size();
+  double* const inputs = lines_.inputs();
+  write_inputs(n, states, t, y, inputs);
   lines_.carry_out(*equations_);
   if (!lines_.hold_requirements()) return false;
   each(n, [&](auto i) __attribute__((always_inline)) {
@@ -93,30 +138,13 @@ bool TracedJacobian<n_at_compile_time>::write_by_columns(double t, const double*
   lend(rho, a_, lambda_);
   if (!factors_.compute(limits_.singular, limits_.dependent)) return false;
   factors_.solve(a_.data(), lambda_.data());
-  if (!ydot) ydot = own_ydot_.data();
-  double zero = 0.0;
-  double* const accelerations = inputs + 2 * n + 1 + states;
-  each(n, [&](auto i) __attribute__((always_inline)) {
-    ydot[i] = y[n + i];
-    ydot[n + i] = accelerations[i] = a_[i];
-    zero += a_[i] - a_[i];
-  });
-  for (std::size_t k = 0; k < states; ++k) {
-    ydot[2 * n + k] = lines_[zdot_[k]];
-    zero += ydot[2 * n + k] - ydot[2 * n + k];
-  }
+  const double zero = write_rates(n, y, a_, lines_, zdot_, ydot ? ydot : own_ydot_.data(), inputs + 2 * n + 1 + states);
   std::copy_n(lambda_.data(), m, lines_.multipliers());
   lines_.carry_out(*further_);
-  const auto write_column = [&](int j, const auto& acceleration) __attribute__((always_inline)) {
-    if (j >= static_cast<int>(own_ydot_.size())) return;
-    double* const column = out.data() + j * stride;
-    each(n, [&](auto i) __attribute__((always_inline)) {
-      column[i] = static_cast<std::size_t>(j) == n + i ? 1.0 : 0.0;
-      column[n + i] = acceleration(i);
-    });
-    for (std::size_t k = 0; k < states; ++k) column[2 * n + k] = 0.0;
+  const auto write = [&](int j, const auto& acceleration) __attribute__((always_inline)) {
+    if (j < static_cast<int>(own_ydot_.size())) write_column(n, states, j, out, acceleration);
   };
-  for (const int j : empty_columns_) write_column(j, [](auto) { return 0.0; });
+  for (const int j : empty_columns_) write(j, [](auto) { return 0.0; });
   const int* places = blocks_.data();
   FourColumns::Two not_finite{};
   std::conditional_t<n_at_compile_time == Dynamic, decltype(upper_)&, decltype(upper_)> upper = upper_;
@@ -129,19 +157,13 @@ bool TracedJacobian<n_at_compile_time>::write_by_columns(double t, const double*
     }
     lend(rho, upper, lower_);
     factors_.solve(upper.data(), lower_.data());
-    write_column(first, [&](auto i) { return upper[i].first[0]; });
-    write_column(first + 1, [&](auto i) { return upper[i].first[1]; });
-    write_column(first + 2, [&](auto i) { return upper[i].second[0]; });
-    write_column(first + 3, [&](auto i) { return upper[i].second[1]; });
+    write(first, [&](auto i) { return upper[i].first[0]; });
+    write(first + 1, [&](auto i) { return upper[i].first[1]; });
+    write(first + 2, [&](auto i) { return upper[i].second[0]; });
+    write(first + 3, [&](auto i) { return upper[i].second[1]; });
     each(n, [&](auto i) __attribute__((always_inline)) { not_finite += (upper[i].first - upper[i].first) + (upper[i].second - upper[i].second); });
   }
-  for (std::size_t k = 0; k < states_.rows(); ++k)
-    for (const auto& entry : states_.row(k)) {
-      const double slope = lines_[entry.what];
-      out(static_cast<Eigen::Index>(2 * n + k), entry.column) = slope;
-      zero += slope - slope;
-    }
-  return zero + not_finite[0] + not_finite[1] == 0.0;
+  return zero + write_slopes_of_states(lines_, states_, 2 * n, out) + not_finite[0] + not_finite[1] == 0.0;
 }
 
 // Writes one table for all.

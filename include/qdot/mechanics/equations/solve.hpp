@@ -24,6 +24,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "qdot/error.hpp"
@@ -52,12 +53,11 @@ inline std::string direction_text(const std::vector<double>& x, const std::vecto
   return text;
 }
 
-// Throws the error that says which direction of a symmetric M has no (or a negative) inertia.
-template <class Number = double>
-[[noreturn, gnu::cold]] void throw_mass_matrix_error(Eigen::MatrixXd M, double t, const std::vector<std::string>& names) {
-  const Eigen::Index n = M.rows();
-  for (Eigen::Index j = 0; j < n; ++j)
-    for (Eigen::Index i = 0; i < n; ++i)
+// Throws an error that names the first entry of M that is not finite, if there is one.
+template <class = void>  // compiled only where it is called
+[[gnu::cold]] void require_finite_mass(const Eigen::MatrixXd& M, double t, const std::vector<std::string>& names) {
+  for (Eigen::Index j = 0; j < M.cols(); ++j)
+    for (Eigen::Index i = 0; i < M.rows(); ++i)
       if (!std::isfinite(M(i, j))) {
         const std::string entry = sentence({"M(", names[static_cast<std::size_t>(i)], ", ", names[static_cast<std::size_t>(j)], ")"});
         throw NonFinite(entry, t,
@@ -65,15 +65,30 @@ template <class Number = double>
                                   "; the kinetic energy has no second derivative in the velocities there: check T for a division by "
                                   "zero or a root of zero, and the state for overflow"}));
       }
-  if (n > 1 && M.isZero(0.0))
-    throw SingularMassMatrix(sentence({"the mass matrix must be positive definite, but at t = ", {t, 6},
-                                       " all of it is zero: T has no terms of second order in the velocities of ", names.front(),
-                                       n == 2 ? " and " : " to ", names.back(),
-                                       ", so L determines no accelerations; add the kinetic energy, or, if L is meant to be linear in the "
-                                       "velocities, write its first-order equations as a FirstOrderSystem "
-                                       "(mechanics/first_order_form.hpp) and simulate that"}),
-                             t, std::vector<double>(static_cast<std::size_t>(n), 1.0), 0.0);
-  // L D Lᵀ without pivoting, column by column, up to the first bad pivot.
+}
+
+// Throws the error for an M of n coordinates that is zero.
+template <class = void>  // compiled only where it is called
+[[noreturn, gnu::cold]] void throw_zero_mass_matrix(Eigen::Index n, double t, const std::vector<std::string>& names) {
+  throw SingularMassMatrix(sentence({"the mass matrix must be positive definite, but at t = ", {t, 6},
+                                     " all of it is zero: T has no terms of second order in the velocities of ", names.front(),
+                                     n == 2 ? " and " : " to ", names.back(),
+                                     ", so L determines no accelerations; add the kinetic energy, or, if L is meant to be linear in the "
+                                     "velocities, write its first-order equations as a FirstOrderSystem "
+                                     "(mechanics/first_order_form.hpp) and simulate that"}),
+                           t, std::vector<double>(static_cast<std::size_t>(n), 1.0), 0.0);
+}
+
+// A motion, its largest weight 1, and its inertia as a fraction of that of its last coordinate.
+struct MotionWithInertia {
+  std::vector<double> direction;
+  double relative_inertia;
+};
+
+// The motion of the smallest pivot of M = L D Lᵀ, without pivoting, column by column, up to the first bad one.
+template <class = void>  // compiled only where it is called
+[[gnu::cold]] MotionWithInertia motion_of_least_pivot(const Eigen::MatrixXd& M) {
+  const Eigen::Index n = M.rows();
   Eigen::MatrixXd L(n, n);  // below its diagonal of ones
   Eigen::VectorXd d(n);
   Eigen::Index bad = n - 1;
@@ -102,25 +117,42 @@ template <class Number = double>
   double largest = 0.0;
   for (const double weight : direction) largest = std::max(largest, std::abs(weight));
   for (double& weight : direction) weight /= largest;
-  bool negative = worst < -singular_pivot<double>(n);
+  return {std::move(direction), worst};
+}
+
+// Whether some motion has a negative kinetic energy, to judge by that of the least pivot.
+template <class = void>  // compiled only where it is called
+[[gnu::cold]] bool is_indefinite(const Eigen::MatrixXd& M, const MotionWithInertia& motion) {
+  if (motion.relative_inertia < -singular_pivot<double>(M.rows())) return true;
+  const double* const x = motion.direction.data();
   // A zero pivot in front of a coupled coordinate, as in [[0, 1], [1, 0]], is a sign of both signs.
-  for (Eigen::Index i = 0; i < n && !negative; ++i) {
+  for (Eigen::Index i = 0; i < M.rows(); ++i) {
     double momentum = 0.0, scale = 0.0;
-    for (Eigen::Index j = 0; j < n; ++j) {
+    for (Eigen::Index j = 0; j < M.cols(); ++j) {
       momentum += M(i, j) * x[j];
       scale = std::max(scale, std::abs(M(i, j)));
     }
-    negative = scale > 0.0 && std::abs(momentum) > 1e-6 * scale;
+    if (scale > 0.0 && std::abs(momentum) > 1e-6 * scale) return true;
   }
+  return false;
+}
+
+// Throws the error that says which direction of a symmetric M has no (or a negative) inertia.
+template <class Number = double>
+[[noreturn, gnu::cold]] void throw_mass_matrix_error(Eigen::MatrixXd M, double t, const std::vector<std::string>& names) {
+  require_finite_mass(M, t, names);
+  if (M.rows() > 1 && M.isZero(0.0)) throw_zero_mass_matrix(M.rows(), t, names);
+  const MotionWithInertia motion = motion_of_least_pivot(M);
+  const bool negative = is_indefinite(M, motion);
   const std::string text = sentence({"the mass matrix must be positive definite, but at t = ", {t, 6}, " the motion with velocity along ",
-                                     direction_text(direction, names), negative ? " has no positive kinetic energy" : " has no kinetic energy",
-                                     " (relative inertia ", {worst, 6},
+                                     direction_text(motion.direction, names), negative ? " has no positive kinetic energy" : " has no kinetic energy",
+                                     " (relative inertia ", {motion.relative_inertia, 6},
                                      negative ? "); check the signs in T, or, if L is meant to have such a mass matrix, say "
                                                 "system.with_indefinite_mass_matrix()"
                                               : "); give that motion a mass or an inertia, remove the coordinate, or leave the point "
                                                 "where the coordinates degenerate (a pole, r = 0)"});
-  if (negative) throw IndefiniteMassMatrix(text, t, direction, worst);
-  throw SingularMassMatrix(text, t, direction, worst);
+  if (negative) throw IndefiniteMassMatrix(text, t, motion.direction, motion.relative_inertia);
+  throw SingularMassMatrix(text, t, motion.direction, motion.relative_inertia);
 }
 
 template <class S, int n>
