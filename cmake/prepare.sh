@@ -165,7 +165,7 @@ provide_if_possible() { # provide_if_possible THING NAME
     {
       $as_root env DEBIAN_FRONTEND=noninteractive apt-get update || true
       $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends $(package_names apt "$1")
-    } > "$log" 2>&1 < /dev/null || say "$2 is not installed (why: build/install_$1.log); a test is skipped, or takes longer"
+    } > "$log" 2>&1 < /dev/null || say "$2 is not installed (why: build/install_$1.log, to be deleted before another try); a test is skipped, or takes longer"
   fi
 }
 

@@ -16,6 +16,17 @@ for digits in 3.2329996 -2.3493856 11.033246 -1.1228214; do
   grep -q -e "$digits" answer.json || fail "$digits is not in: $(cat answer.json)"
 done
 
+# ./run list answers before anything is built, by a file.
+"$1/run" list > stdout
+cmp stdout "$1/src/scenes/list.txt" || fail "qdot list does not print src/scenes/list.txt; write it anew: ./run list > src/scenes/list.txt"
+mkdir -p bare/cmake bare/src/scenes
+cp "$1/run" bare
+cp "$1/cmake/prepare.sh" bare/cmake
+cp "$1/src/scenes/list.txt" bare/src/scenes
+bare/run list > stdout
+cmp stdout "$1/src/scenes/list.txt" || fail "./run list without a build does not show the scenes"
+[ ! -e bare/build ] || fail "./run list builds something"
+
 code=0
 "$1/run" run no_such_scene > stdout 2> stderr || code=$?
 [ $code = 2 ] || fail "an unknown scene ends with status $code, not 2"
