@@ -38,8 +38,8 @@ set_source_files_properties(catch2_main.cpp PROPERTIES COMPILE_OPTIONS "-w;-O0;-
 # no memory is handled, without. Where the library is headers only (the default of its users), it is tested in the folders of qdot_headers_only. Without
 # sanitizers it is optimized, for folder optimized and the long runs of others; with them the optimizer would take five times the compile time.
 set(qdot_test_headers catch2_bridge.hpp <Eigen/Dense> <qdot/qdot.hpp>)
-set(qdot_test_parts ${PROJECT_SOURCE_DIR}/src/compiled/equations.cpp ${PROJECT_SOURCE_DIR}/src/compiled/runs_1_to_4.cpp
-  ${PROJECT_SOURCE_DIR}/src/compiled/runs_5_to_8.cpp)
+file(GLOB qdot_test_parts CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/src/compiled/*.cpp)
+list(FILTER qdot_test_parts EXCLUDE REGEX "/(analysis|cvode)\\.cpp$")
 if(TARGET qdot::cvode)
   list(APPEND qdot_test_headers <qdot/integrate/cvode.hpp> <qdot/integrate/cvode_automatic.hpp>)
   list(APPEND qdot_test_parts ${PROJECT_SOURCE_DIR}/src/compiled/cvode.cpp)

@@ -15,7 +15,7 @@ costly = re.compile(
     r"|ComplexSchur|RealSchur|EigenSolver|ComplexEigenSolver|SelfAdjointEigenSolver|GeneralizedSelfAdjointEigenSolver|LevenbergMarquardt|HybridNonLinearSolver)<[^;{]*[({]"
     r"|\.(?:llt|ldlt|lu|fullPivLu|partialPivLu|colPivHouseholderQr|householderQr|jacobiSvd|bdcSvd|eigenvalues)\(\)|\b(?:exponents_of|shortest_step)\(")
 trouble = []
-for path in sorted(include.rglob("*.hpp")):
+for path in sorted([*include.rglob("*.hpp"), *include.rglob("*.ipp")]):
     beginning, is_template = 0, False  # of the declaration at namespace scope
     for number, line in enumerate(path.read_text().split("\n"), 1):
         code = line.split("//")[0]

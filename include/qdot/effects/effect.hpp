@@ -147,11 +147,11 @@ concept SwitchingEffect = ConstraintEffect<Effect, n> && requires(const Effect& 
   e.initial_state();
 };
 
-/// φ ≥ 0: a contact, an end stop, a rope. Active where φ = 0 is kept by a force λ ≥ 0; reached with an impact.
+/// φ ≥ 0: a contact, an end stop, a rope. Active in phase 1, where φ = 0 is kept by a force λ ≥ 0; reached with an impact.
 template <class Effect, int n>
 concept UnilateralEffect = SwitchingEffect<Effect, n> && HolonomicEffect<Effect, n> && requires(const Effect& e) { e.law; };
 
-/// Dry friction: active where it sticks.
+/// Dry friction: active in phase 0, where it sticks.
 template <class Effect, int n>
 concept FrictionEffect = SwitchingEffect<Effect, n> && NonholonomicEffect<Effect, n>;
 

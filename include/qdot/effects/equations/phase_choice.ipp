@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string>
 #include <vector>
@@ -15,9 +16,12 @@
 #include "qdot/effects/equations/shared_forces.ipp"
 #include "qdot/effects/equations/switching_scene.hpp"
 #include "qdot/effects/rows/bounded_minimum.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
+#include "qdot/error.hpp"
 
 namespace qdot::detail {
 
+template <class = void>  // compiled only where it is called
 class PhaseChoice {
   using VectorXd = Eigen::VectorXd;
 
@@ -31,7 +35,7 @@ class PhaseChoice {
     if (candidates_.empty()) return;
     std::vector<Eigen::Index> rows;
     for (const Candidate& c : candidates_) rows.push_back(c.row);
-    const Responses responses(scene_, t_, q_, qdot_, z, rows);
+    const Responses<> responses(scene_, t_, q_, qdot_, z, rows);
     take_decided(z, responses);
     BoundedMinimum p;
     p.A = responses.A();
@@ -79,7 +83,7 @@ class PhaseChoice {
     }
   }
 
-  void take_decided(const VectorXd& z, const Responses& responses) {
+  void take_decided(const VectorXd& z, const Responses<>& responses) {
     for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(candidates_.size()); ++i) {
       Candidate& c = candidates_[at(i)];
       c.decided = responses.is_decided(i);
@@ -94,12 +98,12 @@ class PhaseChoice {
   VectorXd rates(const VectorXd& a) const { return scene_.row_accelerations(t_, q_, qdot_, a, scene_.with_all_active(before_)); }
 
   // Of the terms in a row's acceleration.
-  static double size_of(const Responses& responses, const VectorXd& a, double rate, Eigen::Index row) {
+  static double size_of(const Responses<>& responses, const VectorXd& a, double rate, Eigen::Index row) {
     return weighted(responses.J(), row, a.cwiseAbs()) + std::abs(rate - responses.J().row(row).dot(a));
   }
 
   // Accelerations without the forces that are sought, and the bounds of these.
-  void load(VectorXd& z, const Responses& responses, BoundedMinimum& p) const {
+  void load(VectorXd& z, const Responses<>& responses, BoundedMinimum& p) const {
     for (const Candidate& c : candidates_)
       if (!c.contact) z[c.zi] = c.direction == 0 ? PhaseNumber::undecided : static_cast<double>(c.direction);
     const VectorXd gamma = scene_.gamma(t_, q_, qdot_, scene_.with_none_active(z));
@@ -137,7 +141,7 @@ class PhaseChoice {
   }
 
   // What is pressed is closed, and what could be pressed as another shares its force; what was closed stays so if it need not open.
-  void finish(VectorXd& z, const Responses& responses, const BoundedMinimum& p) const {
+  void finish(VectorXd& z, const Responses<>& responses, const BoundedMinimum& p) const {
     std::vector<Eigen::Index> held;
     for (Eigen::Index i = 0; i < p.b.size(); ++i) {
       const Candidate& c = candidates_[at(i)];
@@ -152,7 +156,7 @@ class PhaseChoice {
     }
     SharedForces shared;
     if (null_space(part_of(p.A, held)).cols() > 0) {
-      const ActiveRows rows(scene_, t_, q_, qdot_, all_held, lambda);
+      const ActiveRows<> rows(scene_, t_, q_, qdot_, all_held, lambda);
       rows.split(t_, q_, qdot_, all_held, lambda);
       shared = rows.shared(scene_.count());
     }
@@ -181,7 +185,7 @@ class PhaseChoice {
 template <class>
 void choose_phases(const SwitchingScene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& before,
                    std::vector<Switch>& all, Eigen::VectorXd& z) {
-  PhaseChoice(scene, t, q, qdot, before, all).choose(z);
+  PhaseChoice<>(scene, t, q, qdot, before, all).choose(z);
 }
 
 }  // namespace qdot::detail

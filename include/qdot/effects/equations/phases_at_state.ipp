@@ -30,6 +30,7 @@ Eigen::VectorXd resolution_of(const Eigen::VectorXd& q, const Eigen::VectorXd& q
 }
 
 // What phases fit a state.
+template <class = void>  // compiled only where it is called
 class FittingPhases {
   using VectorXd = Eigen::VectorXd;
 
@@ -40,7 +41,7 @@ class FittingPhases {
     const VectorXd before = scene_.initial_states();
     VectorXd z = before;
     std::vector<Switch> all(static_cast<std::size_t>(scene_.count()));
-    const Switching switching(scene_);
+    const Switching<> switching(scene_);
     switching.look(t, q, qdot, z, std::vector<bool>(all.size()), resolution_of(q, qdot), all);
     switching.come_to_rest(t, q, qdot, z, all);
     choose_phases(scene_, t, q, qdot, before, all, z);
@@ -50,7 +51,7 @@ class FittingPhases {
 
   void require_lasting(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const {
     std::vector<Switch> all(static_cast<std::size_t>(scene_.count()));
-    Switching(scene_).look(t, q, qdot, z, std::vector<bool>(all.size()), resolution_of(q, qdot), all);
+    Switching<>(scene_).look(t, q, qdot, z, std::vector<bool>(all.size()), resolution_of(q, qdot), all);
     const Eigen::MatrixXd J = scene_.jacobian(t, q, qdot, scene_.with_all_active(z));
     const auto now = rank_and_forces(t, q, qdot, z);
     const VectorXd f = scene_.rhs(t, q, qdot, z);
@@ -102,8 +103,9 @@ class FittingPhases {
           phase = closed ? PhaseNumber::apart : PhaseNumber::closed;
           return true;
         }
-      } else if (const double F_s = scene_.sticking_limit(k, t, q, qdot);
-                 phase == PhaseNumber::sticks && std::abs(force) > (1 + negligible_force) * F_s) {
+      } else if (phase == PhaseNumber::sticks) {
+        const double F_s = scene_.sticking_limit(k, t, q, qdot);
+        if (std::abs(force) <= (1 + negligible_force) * F_s) continue;
         throw_invalid_value({"friction must hold what rests, but near the start '", part.name, "' would have to hold ", {std::abs(force), 6},
                              " and holds up to ", {F_s, 6}, "; start where it can"});
       }
@@ -138,7 +140,8 @@ class FittingPhases {
     for (std::size_t k = 0; k < all.size(); ++k) {
       const SwitchingPart& part = scene_.parts()[k];
       const Eigen::Index row = part.row;
-      const double phase = z[part.state], limit = part.is_contact ? 0.0 : scene_.sticking_limit(static_cast<Eigen::Index>(k), t, q, qdot);
+      const double phase = z[part.state];
+      const auto limit = [&] { return scene_.sticking_limit(static_cast<Eigen::Index>(k), t, q, qdot); };
       constexpr double blurred = 1e-4;
       const bool slow = std::abs(u[row]) <= blurred * weighted(J, row, qdot.cwiseAbs());
       // The force that would keep its constraint, if that is none of others.
@@ -154,10 +157,11 @@ class FittingPhases {
           refuse(t, {"'", part.name, "' may be open or closed, with a gap of ", {phi[row], 3}, " that changes at the rate ", {u[row], 3}});
       } else if (phase != PhaseNumber::sticks) {
         if (all[k].candidate || !slow) continue;
-        if (const auto force = if_active(); force && std::abs(*force) <= limit)
+        if (const auto force = if_active(); force && std::abs(*force) <= limit())
           refuse(t, {"'", part.name, "' may slide or stick, with a velocity of ", {u[row], 3}});
-      } else if (limit > 0 && std::abs(now.lambda[row]) >= (1 - negligible_force) * limit && slips_there(t, q, qdot, z, part, now.lambda[row], J)) {
-        refuse(t, {"'", part.name, "' may hold or begin to slip, at its limit of sticking of ", {limit, 6}});
+      } else if (const double F_s = limit(); F_s > 0 && std::abs(now.lambda[row]) >= (1 - negligible_force) * F_s &&
+                                             slips_there(t, q, qdot, z, part, now.lambda[row], J)) {
+        refuse(t, {"'", part.name, "' may hold or begin to slip, at its limit of sticking of ", {F_s, 6}});
       }
     }
   }
@@ -186,27 +190,27 @@ class FittingPhases {
 
 template <class>
 Eigen::VectorXd phases_at_state(const SwitchingScene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot) {
-  return FittingPhases(scene).chosen(t, q, qdot);
+  return FittingPhases<>(scene).chosen(t, q, qdot);
 }
 
 template <class>
 void require_lasting_phases(const SwitchingScene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z) {
-  FittingPhases(scene).require_lasting(t, q, qdot, z);
+  FittingPhases<>(scene).require_lasting(t, q, qdot, z);
 }
 
 template <class>
 Eigen::VectorXd phases_of_rest(const SwitchingScene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot) {
-  return FittingPhases(scene).of_rest(t, q, qdot);
+  return FittingPhases<>(scene).of_rest(t, q, qdot);
 }
 
 template <class>
 bool revise_phases(const SwitchingScene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, Eigen::VectorXd& z) {
-  return FittingPhases(scene).revise(t, q, qdot, z);
+  return FittingPhases<>(scene).revise(t, q, qdot, z);
 }
 
 template <class>
 bool close_nearest(const SwitchingScene& scene, double t, const Eigen::VectorXd& q, Eigen::VectorXd& z) {
-  return FittingPhases(scene).close_nearest(t, q, z);
+  return FittingPhases<>(scene).close_nearest(t, q, z);
 }
 
 }  // namespace qdot::detail

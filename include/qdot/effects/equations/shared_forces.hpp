@@ -26,13 +26,13 @@ struct SharedForces {
 
 // Of the active rows of a scene, of which at least one depends on others, with the forces lambda.
 template <class = void>
-[[gnu::cold]] SharedForces shared_forces(const SwitchingRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
-                                         const Eigen::VectorXd& lambda);
+SharedForces shared_forces(const SwitchingRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
+                           const Eigen::VectorXd& lambda);
 
-// lambda ← the shortest within the bounds, where there is one.
+// lambda ← the shortest within the bounds, where there is one; those of the lasting constraints follow from the others.
 template <class = void>
-[[gnu::cold]] void split_forces(const SwitchingRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
-                                Eigen::VectorXd& lambda);
+void split_forces(const SwitchingRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
+                  Eigen::VectorXd& lambda);
 
 }  // namespace qdot::detail
 

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -14,24 +15,26 @@
 #include "qdot/effects/equations/switching_rows.hpp"
 #include "qdot/effects/rows/bounded_minimum.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
+#include "qdot/mechanics/equations/cholesky.hpp"
 
 namespace qdot::detail {
 
 // How rows of switching constraints answer to forces along them.
+template <class = void>  // compiled only where it is called
 class Responses {
   using VectorXd = Eigen::VectorXd;
   using MatrixXd = Eigen::MatrixXd;
 
  public:
   Responses(const SwitchingRows& scene, double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, std::vector<Eigen::Index> rows)
-      : rows_(std::move(rows)), judges_(scene.has_lasting_constraints()), J_(scene.jacobian(t, q, qdot, scene.with_all_active(z))),
+      : rows_(std::move(rows)), has_lasting_(scene.has_lasting_constraints()), J_(scene.jacobian(t, q, qdot, scene.with_all_active(z))),
         lasting_(scene.jacobian(t, q, qdot, scene.with_none_active(z))), M_(scene.mass_matrix(t, q, qdot)),
         factors_(solvable_mass(), lasting_, default_rank_cutoff) {
     const auto count = static_cast<Eigen::Index>(rows_.size());
     W_.resize(q.size(), count);
     A_.resize(count, count);
     length_.resize(count);
-    const bool judges = judges_ && reference_.compute(reference_mass());
+    const bool judges = has_lasting_ && reference_.compute(reference_mass());
     for (Eigen::Index i = 0; i < count; ++i) {
       const VectorXd along = J_.row(rows_[at(i)]).transpose();
       const VectorXd answer = factors_.solution(along, VectorXd::Zero(lasting_.rows()), t, NamesOfRows{scene}).qddot;
@@ -63,7 +66,7 @@ class Responses {
   // Rows lend inertia to what has none: M + ϱ JᵀJ has the same q̈.
   MatrixXd solvable_mass() {
     MatrixXd M = M_;
-    if (!judges_ && !(reference_.compute(M) && reference_.smallest_pivot() > massless_pivot)) lend(M, J_);
+    if (!has_lasting_ && !(reference_.compute(M) && reference_.smallest_pivot() > massless_pivot)) lend(M, J_);
     return M;
   }
   MatrixXd reference_mass() {
@@ -73,7 +76,7 @@ class Responses {
   }
 
   std::vector<Eigen::Index> rows_;
-  bool judges_;
+  bool has_lasting_;
   MatrixXd J_, lasting_, M_;
   Cholesky<double, Dynamic> reference_;
   ConstrainedFactors<Dynamic, Dynamic> factors_;
@@ -82,6 +85,7 @@ class Responses {
 };
 
 // The active rows of a scene, of which at least one depends on others.
+template <class = void>  // compiled only where it is called
 class ActiveRows {
   using VectorXd = Eigen::VectorXd;
 
@@ -177,7 +181,7 @@ class ActiveRows {
   }
 
   const SwitchingRows& scene_;
-  Responses responses_;
+  Responses<> responses_;
   std::vector<Eigen::Index> places_, effect_;  // of the rows that are not decided
   VectorXd x_, lower_, upper_;
   Eigen::MatrixXd N_;
@@ -186,13 +190,13 @@ class ActiveRows {
 template <class>
 SharedForces shared_forces(const SwitchingRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
                            const Eigen::VectorXd& lambda) {
-  return ActiveRows(scene, t, q, qdot, z, lambda).shared(scene.count());
+  return ActiveRows<>(scene, t, q, qdot, z, lambda).shared(scene.count());
 }
 
 template <class>
 void split_forces(const SwitchingRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
                   Eigen::VectorXd& lambda) {
-  ActiveRows(scene, t, q, qdot, z, lambda).split(t, q, qdot, z, lambda);
+  ActiveRows<>(scene, t, q, qdot, z, lambda).split(t, q, qdot, z, lambda);
 }
 
 }  // namespace qdot::detail

@@ -24,15 +24,13 @@
 #include <type_traits>
 #include <vector>
 
-#include "qdot/effects/contact.hpp"
-#include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/equations/phase_choice.hpp"
 #include "qdot/effects/equations/shared_forces.hpp"
 #include "qdot/effects/equations/switching_scene.hpp"
 
 namespace qdot::detail {
 
-// out ← the guards. A run asks for them at each step: nothing here allocates, unless rows depend on each other.
+// out ← the guards. A run asks for them at each step: in a scene of fixed size nothing here allocates, unless rows depend on each other.
 template <class Sc>
 void write_guards(const Sc& scene, double t, const Vector<double, Sc::dof_at_compile_time>& q, const Vector<double, Sc::dof_at_compile_time>& qdot,
                   const EffectStates<Sc>& z, Eigen::Ref<Eigen::VectorXd> out) {

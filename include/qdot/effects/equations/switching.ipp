@@ -23,6 +23,7 @@
 namespace qdot::detail {
 
 // Contacts and frictions at one moment of a scene.
+template <class = void>  // compiled only where it is called
 class Switching {
   using VectorXd = Eigen::VectorXd;
 
@@ -231,19 +232,19 @@ class Switching {
 template <class>
 void write_guard_bands(const SwitchingScene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
                        const Eigen::VectorXd& tolerance, Eigen::Ref<Eigen::VectorXd> out) {
-  Switching(scene).write_bands(t, q, qdot, z, tolerance, out);
+  Switching<>(scene).write_bands(t, q, qdot, z, tolerance, out);
 }
 
 template <class>
 bool gap_has_moved(const SwitchingScene& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
                    const Eigen::VectorXd& tolerance) {
-  return Switching(scene).gap_has_moved(t, q, qdot, z, tolerance);
+  return Switching<>(scene).gap_has_moved(t, q, qdot, z, tolerance);
 }
 
 template <class>
 std::vector<std::string> settle(const SwitchingScene& scene, double t, Eigen::VectorXd& q, Eigen::VectorXd& qdot, Eigen::VectorXd& z, std::vector<bool> fired,
                                 const Eigen::VectorXd& tolerance, const std::vector<bool>* left_out) {
-  return Switching(scene).settle(t, q, qdot, z, std::move(fired), tolerance, left_out);
+  return Switching<>(scene).settle(t, q, qdot, z, std::move(fired), tolerance, left_out);
 }
 
 }  // namespace qdot::detail

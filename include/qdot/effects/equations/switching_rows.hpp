@@ -3,9 +3,9 @@
 //
 // The rows of a scene with contacts and dry friction, for code that does not depend on the scene's type.
 //
-// Which contacts are closed and which frictions stick is chosen at events and at states that come without phases. That is much code, and it is compiled
-// once: it asks for rows and masses by virtual functions, and for numbers of run-time size. What a run asks at each step, the guards, is with the
-// scene's type (effects/equations/switching.hpp).
+// Which contacts are closed and which frictions stick is chosen at events and at states that come without phases. That is much code, which no scene's
+// type enters, so that qdot::compiled can have it: it asks for rows and masses by virtual functions, and for numbers of run-time size. What a run asks
+// at each step, the guards, is with the scene's type (effects/equations/switching.hpp), but for rows that share their forces.
 
 #include <Eigen/Core>
 #include <string>
@@ -13,9 +13,12 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/effects/contact.hpp"
+#include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/equations/effect_forces.hpp"
 #include "qdot/effects/impact.hpp"
 #include "qdot/effects/rows/constraint_rows.hpp"
+#include "qdot/effects/scene.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
@@ -42,9 +45,10 @@ Eigen::Index asked(const Sc& scene, const Z& z) {
   return count;
 }
 
-/// The phases as numbers in z: a contact is apart or closed, a friction slides with the sign of its velocity or sticks.
+/// The phases as numbers in z: a contact is apart or closed, a friction slides with the sign of its velocity or sticks; what is undecided is not active.
 struct PhaseNumber {
-  static constexpr double apart = 0.0, closed = 1.0, sticks = 0.0, undecided = 2.0;
+  static constexpr double apart = static_cast<double>(ContactPhase::apart), closed = static_cast<double>(ContactPhase::closed);
+  static constexpr double sticks = static_cast<double>(FrictionPhase::sticks), undecided = static_cast<double>(FrictionPhase::undecided);
 };
 
 /// A contact or a dry friction.
@@ -58,7 +62,7 @@ struct SwitchingPart {
   bool is_active(const Eigen::VectorXd& z) const { return z[state] == active(); }
 };
 
-/// What forces along the rows ask; z are the effects' own states, and a row of a part that is not active is zero.
+/// What is asked of a scene to find forces along its rows; z are the effects' own states, and a row of a part that is not active is zero.
 class SwitchingRows {
  public:
   using VectorXd = Eigen::VectorXd;
@@ -113,21 +117,18 @@ struct NamesOfRows {
   std::vector<std::string> coordinates() const { return of.coordinate_names(); }
 };
 
-/// Those of a scene; made where they are asked.
-///
-/// @tparam Face  SwitchingRows, or what asks for more
-template <class Sc, class Face = SwitchingRows>
-class SwitchingRowsOf : public Face {
+/// The rows of a scene. Holds a reference to it, and is made for one call.
+template <class Sc>
+class SwitchingRowsOf : public virtual SwitchingRows {
   static_assert(Sc::constraints_at_compile_time != Dynamic,
                 "qdot: beside contacts and dry friction every constraint must have a number of rows known at compile time");
 
  public:
-  using VectorXd = Eigen::VectorXd;
-
   explicit SwitchingRowsOf(const Sc& scene) : scene_(scene) {
-    this->rows_ = Sc::constraints_at_compile_time;
-    this->has_lasting_constraints_ = Sc::has_lasting_constraints;
-    this->initial_states_ = scene.initial_states();
+    rows_ = Sc::constraints_at_compile_time;
+    has_lasting_constraints_ = Sc::has_lasting_constraints;
+    initial_states_ = scene.initial_states();
+    parts_.reserve(Sc::phases_at_compile_time);
     for_each_switching(scene, [&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index row) {
       SwitchingPart part{.state = zi, .row = row, .name = e.name};
       if constexpr (is_contact<decltype(e)>) {
@@ -138,7 +139,7 @@ class SwitchingRowsOf : public Face {
         part.opens = e.events.opens;
         part.rests = e.events.rests;
       }
-      this->parts_.push_back(std::move(part));
+      parts_.push_back(std::move(part));
     });
   }
 

@@ -7,12 +7,13 @@
 
 #include "qdot/effects/equations/switching_rows.hpp"
 #include "qdot/effects/projection.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/scene_motion.hpp"
 
 namespace qdot::detail {
 
 /// What the choice of phases asks.
-class SwitchingScene : public SwitchingRows {
+class SwitchingScene : public virtual SwitchingRows {
  public:
   struct Forces {
     VectorXd lambda;
@@ -25,18 +26,16 @@ class SwitchingScene : public SwitchingRows {
   virtual void project(double t, VectorXd& q, VectorXd& qdot, const VectorXd& z) const = 0;
 };
 
-/// That of a scene; made where it is asked.
+/// That of a scene. Holds a reference to it.
 template <class Sc>
-class SwitchingSceneOf final : public SwitchingRowsOf<Sc, SwitchingScene> {
-  using Base = SwitchingRowsOf<Sc, SwitchingScene>;
+class SwitchingSceneOf final : public SwitchingScene, public SwitchingRowsOf<Sc> {
+  using Base = SwitchingRowsOf<Sc>;
   using typename Base::Q;
   using typename Base::Z;
   using Base::scene_;
 
  public:
-  using Base::Base;
-  using VectorXd = Eigen::VectorXd;
-  using Forces = SwitchingScene::Forces;
+  explicit SwitchingSceneOf(const Sc& scene) : Base(scene) {}
 
   VectorXd acceleration(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const override {
     return qdot::acceleration(scene_, Q(q), Q(qdot), t, Z(z));

@@ -24,6 +24,7 @@ Eigen::MatrixXd part_of(const Eigen::MatrixXd& A, const std::vector<Eigen::Index
 }
 
 // The rows whose forces are free, between their bounds.
+template <class = void>  // compiled only where it is called
 class FreeRows {
  public:
   explicit FreeRows(BoundedMinimum& p)
@@ -154,7 +155,7 @@ class FreeRows {
 
 template <class>
 bool solve(BoundedMinimum& p) {
-  return FreeRows(p).solve();
+  return FreeRows<>(p).solve();
 }
 
 template <class>
@@ -173,7 +174,8 @@ struct NearestPoint {
   Eigen::VectorXd y, multiplier;
   bool exists = true;
 };
-[[gnu::cold]] inline NearestPoint nearest_point(const Eigen::MatrixXd& N, const Eigen::VectorXd& h) {
+template <class = void>  // compiled only where it is called
+NearestPoint nearest_point(const Eigen::MatrixXd& N, const Eigen::VectorXd& h) {
   const Eigen::Index rows = N.rows(), count = N.cols();
   BoundedMinimum dual;
   Eigen::VectorXd length(rows);

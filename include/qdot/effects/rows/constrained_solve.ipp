@@ -10,6 +10,7 @@
 
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/dependent_rows.hpp"
+#include "qdot/error.hpp"
 
 namespace qdot::detail {
 
