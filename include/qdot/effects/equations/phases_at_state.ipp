@@ -105,7 +105,7 @@ class FittingPhases {
         }
       } else if (phase == PhaseNumber::sticks) {
         const double F_s = scene_.sticking_limit(k, t, q, qdot);
-        if (std::abs(force) <= (1 + negligible_force) * F_s) continue;
+        if (!(std::abs(force) > (1 + negligible_force) * F_s)) continue;
         throw_invalid_value({"friction must hold what rests, but near the start '", part.name, "' would have to hold ", {std::abs(force), 6},
                              " and holds up to ", {F_s, 6}, "; start where it can"});
       }

@@ -207,12 +207,7 @@ bool TracedJacobian<n_at_compile_time>::write_by_lines(double t, const double* y
   const auto n = factors_.n;
   const std::size_t states = zdot_.size(), count = own_ydot_.size();
   double x[most_numbers];
-  each(n, [&](auto i) __attribute__((always_inline)) {
-    x[i] = y[i];
-    x[n + i] = y[n + i];
-  });
-  x[2 * n] = t;
-  for (std::size_t k = 0; k < states; ++k) x[2 * n + 1 + k] = y[2 * n + k];
+  write_inputs(n, states, t, y, x);
   std::copy_n(parameters_.data(), parameters_.size(), x + 3 * n + 1 + states);
   if (!solved_.evaluate(x, limits_)) return false;
   double sum = 0.0, other = 0.0;  // which is finite if all numbers are
