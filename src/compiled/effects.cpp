@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: MIT
 //
 // The library qdot::compiled: constraints whose rows depend on each other, phases of contacts and friction, impacts, projections by lines.
+#include <qdot/effects/equations/constrained_motion.hpp>
+#include <qdot/effects/equations/constraint_geometry.hpp>
 #include <qdot/effects/equations/phases_at_state.hpp>
+#include <qdot/effects/equations/rows_by_duals.hpp>
 #include <qdot/effects/equations/switching.hpp>
 #include <qdot/effects/impact.hpp>
+#include <qdot/effects/projection.hpp>
 #include <qdot/effects/rows/bounded_minimum.hpp>
 #include <qdot/effects/rows/constrained_solve.hpp>
 #include <qdot/effects/rows/dependent_rows.hpp>
@@ -27,10 +31,26 @@ template bool slopes_in_the_limit<void>(const Eigen::VectorXd&, Eigen::Index, Ei
                                         const std::function<void(const Eigen::VectorXd&, Eigen::MatrixXd&)>&);
 template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&,
                                                                     const Eigen::VectorXd&);
+template class RowsByDuals<1>;
+template class RowsByDuals<2>;
+template class RowsByDuals<3>;
+template class RowsByDuals<4>;
+template class RowsByDuals<5>;
+template class RowsByDuals<6>;
+template class RowsByDuals<7>;
+template class RowsByDuals<8>;
+template AnySolution general_constrained_acceleration<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                                            const Eigen::VectorXd&, double);
+template Eigen::MatrixXd constrained_slopes<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                                  const Eigen::MatrixXd&, const Eigen::MatrixXd&);
+template std::unique_ptr<ConstraintGeometry> dense_geometry<void>(const SceneRows&, double, double);
+template std::unique_ptr<ConstraintGeometry> dense_geometry<void>(const SceneRows&, double, double, Eigen::MatrixXd, Eigen::MatrixXd);
+template Conditioning dense_conditioning<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&);
+template ProjectionReport projected<void>(const SceneRows&, ConstraintGeometry&, Eigen::VectorXd&, Eigen::VectorXd&, double, const Eigen::VectorXd&);
 template std::unique_ptr<AnyProjection> projection_by_lines<void>(const RecordableForm&, std::span<const double>);
-template SharedForces shared_forces<void>(const SwitchingRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+template SharedForces shared_forces<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
                                           const Eigen::VectorXd&);
-template void split_forces<void>(const SwitchingRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+template void split_forces<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
                                  Eigen::VectorXd&);
 template void choose_phases<void>(const SwitchingScene&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
                                   std::vector<Switch>&, Eigen::VectorXd&);

@@ -162,7 +162,7 @@ class SceneForm {
     }
     Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
     const auto project_on = [&](detail::TracedConstraints<>* traced) {
-      report = detail::projected(scene_, q, qdot, t, default_rank_cutoff, z, traced);
+      report = detail::projected(scene_, q, qdot, t, default_rank_cutoff, Eigen::VectorXd(z), traced);
       return true;
     };
     bool done = false;
@@ -204,7 +204,7 @@ class SceneForm {
   std::string ending(Eigen::Index k) const
     requires(Sc::has_phases)
   {
-    const detail::SwitchingPart part = detail::SwitchingRowsOf<Sc>(scene_).parts()[static_cast<std::size_t>(k)];
+    const detail::SwitchingPart part = detail::SceneRowsOf<Sc>(scene_).parts()[static_cast<std::size_t>(k)];
     return part.ends_run ? part.name : std::string();
   }
 
@@ -212,7 +212,7 @@ class SceneForm {
   std::string guard_name(Eigen::Index k) const
     requires(Sc::has_phases)
   {
-    return detail::SwitchingRowsOf<Sc>(scene_).parts()[static_cast<std::size_t>(k)].name;
+    return detail::SceneRowsOf<Sc>(scene_).parts()[static_cast<std::size_t>(k)].name;
   }
 
   /// Gives y the velocities and phases that follow when the guards `fired` have reached zero; says what happened.

@@ -20,12 +20,13 @@
 #include <tuple>
 #include <type_traits>
 
+#include "qdot/effects/equations/constrained_motion.hpp"
 #include "qdot/effects/equations/effect_forces.hpp"
 #include "qdot/effects/equations/recordable_scene.hpp"
+#include "qdot/effects/equations/scene_rows_of.hpp"
 #include "qdot/effects/equations/shared_forces.hpp"
-#include "qdot/effects/equations/switching_rows.hpp"
+#include "qdot/effects/equations/sparse_geometry.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
-#include "qdot/effects/rows/constraint_geometry.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 
@@ -103,63 +104,21 @@ Matrix<double, Sys::dof_at_compile_time> mass_matrix(const Scene<Sys, Effects...
 
 namespace detail {
 
-// Names the effect whose force is not finite, if there is one.
-template <class Sc>
-[[gnu::noinline]] void require_finite_forces(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t,
-                                             const EffectStates<Sc>& z) {
-  constexpr int n = Sc::dof_at_compile_time;
-  if (!all_finite(q) || !all_finite(qdot)) return;  // then it is the state's fault
-  Eigen::Index first = 0;
-  int number = 0;
-  for_each(scene.effects(), [&](const auto& e) {
-    using E = std::remove_cvref_t<decltype(e)>;
-    ++number;
-    if constexpr (ForceEffect<E, n> || (StateEffect<E> && !UnilateralEffect<E, n>)) {
-      const Coordinates<Sc> Q = [&]() -> Coordinates<Sc> {
-        if constexpr (StateEffect<E>) {
-          return e.force(q, qdot, Vector<double, states_of<E>()>(z.template segment<states_of<E>()>(first)), t);
-        } else {
-          return e.force(q, qdot, t);
-        }
-      }();
-      for (Eigen::Index i = 0; i < Q.size(); ++i) {
-        if (std::isfinite(Q[i])) continue;
-        std::string who = sentence({"effect ", number, " of ", static_cast<long>(std::tuple_size_v<std::remove_cvref_t<decltype(scene.effects())>>)});
-        if constexpr (requires { e.name; }) who += sentence({" ('", e.name, "')"});
-        throw NonFinite(sentence({"the force of ", who}), t,
-                        sentence({"the force of an effect must be finite, but that of ", who, " on ", scene.coordinate_name(i), " is not at t = ",
-                                  std::to_string(t), "; look there for a division by zero, or a root or logarithm outside its domain"}));
-      }
-    }
-    first += states_of<E>();
-  });
-}
-
 // q̈ and λ where the shortest way is none: by the ways that hold for everything, and that name what is wrong.
 template <class Sc>
 [[gnu::noinline]] auto longer_constrained_acceleration(const Sc& scene, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot, double t,
                                                        const EffectStates<Sc>& z, double cutoff) {
-  constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
-  ConstrainedSolution<n, m> solution;
-  Coordinates<Sc> Q;
-  if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
+  ConstrainedSolution<Sc::dof_at_compile_time, Sc::constraints_at_compile_time> solution;
   if constexpr (may_be_sparse<Sc>) {
+    Coordinates<Sc> Q;
+    if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
     if (sparse_solution(scene, q, qdot, t, z, Q, cutoff, solution)) return solution;
   }
-  const auto rows = constraint_rows(scene, q, qdot, t, z);
-  if (all_finite(q) && all_finite(qdot)) require_finite_rows(scene, t, rows.J, rows.gamma);
-  if constexpr (Sc::has_forces)
-    if (!all_finite(Q)) require_finite_forces(scene, q, qdot, t, z);
-  MassAndRhs<double, n> both = mass_and_rhs(scene.system(), q, qdot, t);
-  Coordinates<Sc> sums = Coordinates<Sc>::Zero(q.size());  // for M that is not finite is not singular
-  for (Eigen::Index j = 0; j < q.size(); ++j)
-    for (Eigen::Index i = 0; i < q.size(); ++i) sums[i] += both.M(i, j);
-  require_finite_acceleration(scene, sums, q, qdot, t);
-  if constexpr (Sc::has_forces)
-    for (Eigen::Index i = 0; i < q.size(); ++i) both.r[i] += Q[i];
-  const ConstrainedFactors<n, m> factors(both.M, rows.J, cutoff);
-  solution = factors.solution(both.r, rows.gamma, t, SceneNames<Sc>{scene});
-  require_finite_acceleration(scene, solution.qddot, q, qdot, t);
+  const AnySolution found = general_constrained_acceleration(SceneRowsOf<Sc>(scene), t, q, qdot, z, cutoff);
+  solution.qddot = found.qddot;
+  solution.lambda = found.lambda;
+  solution.rank = found.rank;
+  solution.smallest_pivot = found.smallest_pivot;
   return solution;
 }
 
@@ -210,7 +169,7 @@ Solution with_shared_forces(const Sc& scene, const Coordinates<Sc>& q, const Coo
   if constexpr (Sc::has_phases && Sc::constraints_at_compile_time != Dynamic) {
     if (solution.rank < asked(scene, z)) {
       Eigen::VectorXd lambda = solution.lambda;
-      split_forces(SwitchingRowsOf<Sc>(scene), t, q, qdot, z, lambda);
+      split_forces(SceneRowsOf<Sc>(scene), t, q, qdot, z, lambda);
       solution.lambda = lambda;
     }
   }

@@ -353,12 +353,13 @@ class Variations final : public VariationalEquations {
       const Vector<double, n> q = both.head(dof_), qdot = both.segment(dof_, dof_);
       const Vector<double, Sc::states_at_compile_time> z = both.segment(2 * dof_, size_ - 2 * dof_);
       if (is_free(form().scene(), z)) return;
-      ConstraintGeometry<Sc> geometry(form().scene(), t, default_rank_cutoff);
-      geometry.move_to(q, qdot, z);
+      const SceneRowsOf<Sc> rows_of_scene(form().scene());
+      const auto geometry = constraint_geometry(form().scene(), rows_of_scene, t, default_rank_cutoff);
+      geometry->move_to(q, qdot, z);
       const auto take_away = [&](const auto& rows, Eigen::Index parameter, const auto& rows_of, double* column) {
         Eigen::VectorXd residual = rates_in(rows);
         if (parameter >= 0) model_.add_parameter_slope(parameter, rows_of, residual);
-        const Vector<double, n> step = geometry.displacement(Vector<double, Sc::constraints_at_compile_time>(-residual));
+        const Eigen::VectorXd step = geometry->displacement(-residual);
         for (Eigen::Index i = 0; i < dof_; ++i) column[i] += step[i];
       };
       for (Eigen::Index j = 0; j < columns_; ++j) {

@@ -3,13 +3,16 @@
 //
 // Σ Q of a scene's effects. Potentials of effects are a part of V (effects/equations/energy_terms.hpp).
 
+#include <cmath>
 #include <cstddef>
+#include <string>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/effects/scene.hpp"
+#include "qdot/error.hpp"
 
 namespace qdot {
 
@@ -77,4 +80,40 @@ Vector<S, n> effect_forces(const Scene<Sys, Effects...>& scene, const Vector<S, 
   return detail::summed_forces<detail::ForceSum::plain>(scene, q, qdot, z, t);
 }
 
+namespace detail {
+
+// Names the effect whose force is not finite, if there is one.
+template <class Sc>
+[[gnu::noinline]] void require_finite_forces(const Sc& scene, const Vector<double, Sc::dof_at_compile_time>& q,
+                                             const Vector<double, Sc::dof_at_compile_time>& qdot, double t,
+                                             const EffectStates<Sc>& z) {
+  constexpr int n = Sc::dof_at_compile_time;
+  if (!all_finite(q) || !all_finite(qdot)) return;  // then it is the state's fault
+  Eigen::Index first = 0;
+  int number = 0;
+  for_each(scene.effects(), [&](const auto& e) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    ++number;
+    if constexpr (ForceEffect<E, n> || (StateEffect<E> && !UnilateralEffect<E, n>)) {
+      const Vector<double, n> Q = [&]() -> Vector<double, n> {
+        if constexpr (StateEffect<E>) {
+          return e.force(q, qdot, Vector<double, states_of<E>()>(z.template segment<states_of<E>()>(first)), t);
+        } else {
+          return e.force(q, qdot, t);
+        }
+      }();
+      for (Eigen::Index i = 0; i < Q.size(); ++i) {
+        if (std::isfinite(Q[i])) continue;
+        std::string who = sentence({"effect ", number, " of ", static_cast<long>(std::tuple_size_v<std::remove_cvref_t<decltype(scene.effects())>>)});
+        if constexpr (requires { e.name; }) who += sentence({" ('", e.name, "')"});
+        throw NonFinite(sentence({"the force of ", who}), t,
+                        sentence({"the force of an effect must be finite, but that of ", who, " on ", scene.coordinate_name(i), " is not at t = ",
+                                  std::to_string(t), "; look there for a division by zero, or a root or logarithm outside its domain"}));
+      }
+    }
+    first += states_of<E>();
+  });
+}
+
+}  // namespace detail
 }  // namespace qdot

@@ -21,6 +21,10 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/effects/equations/constrained_motion.hpp"
+#include "qdot/effects/equations/scene_rows_of.hpp"
+#include "qdot/effects/equations/sparse_geometry.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
@@ -82,13 +86,10 @@ class SceneJacobian {
     if constexpr (may_be_sparse<Sc>) {
       if (solved_sparsely(dr, dc, out)) return;
     }
-    const Matrix<double, n> M = mass_matrix(scene_, q_, qdot_, t_);
     if constexpr (Sc::has_constraints) {
-      const ConstrainedFactors<n, m> factors(M, constraint_jacobian(scene_, q_, qdot_, t_, z_), default_rank_cutoff);
-      for (Eigen::Index j = 0; j < y_.size(); ++j)
-        write_column(out, j, factors.solution(column_of(dr, j), column_of(dc, j), t_, SceneNames<Sc>{scene_}).qddot);
+      out.middleRows(k, k) = constrained_slopes(SceneRowsOf<Sc>(scene_), t_, q_, qdot_, z_, dr, dc);
     } else {
-      const Matrix<double, n, columns> solution = solved_with_mass_matrix(scene_.system(), M, dr, t_);
+      const Matrix<double, n, columns> solution = solved_with_mass_matrix(scene_.system(), mass_matrix(scene_, q_, qdot_, t_), dr, t_);
       for (Eigen::Index j = 0; j < y_.size(); ++j) write_column(out, j, column_of(solution, j));
     }
   }
@@ -152,44 +153,34 @@ class SceneJacobian {
     return true;
   }
 
-  // Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds; backwards where there may be many.
-  template <class D>
-  Vector<D, n> reactions_of(const Vector<D, n>& x, const Vector<D, n>& v) const {
-    const auto sum_of = [&]<class U>(const Vector<U, n>& u) {
-      const auto rows = constraint_velocity(scene_, Vector<U, n>(x.template cast<U>()), u, U(D(t_)), z_);
-      U sum(0);
-      for (Eigen::Index i = 0; i < rows.size(); ++i) sum += lambda_[i] * rows[i];
-      return sum;
-    };
-    if constexpr (n == Dynamic) {
-      Tape<D> tape(v.size(), 4 * v.size());
-      Vector<Reverse<D>, n> u(v.size());
-      for (Eigen::Index i = 0; i < v.size(); ++i) u[i] = tape.variable(i, v[i]);
-      std::vector<D> adjoint;
-      tape.sweep(sum_of(u), adjoint);
-      return Eigen::Map<const Vector<D, n>>(adjoint.data(), v.size());
-    } else {
-      return gradient(marked<SlopeOfRows>(sum_of), v);
-    }
-  }
-
-  // The constraints' share of dr, and dc. A direction at a time: it is hardly ever asked for, and sooner compiled.
+  // The constraints' share of dr, and dc.
   template <class DR, class DC>
   void add_constraints(DR& dr, DC& dc) const {
+    const SceneRowsOf<Sc> rows(scene_);
+    Eigen::MatrixXd slopes = dr, of_rows = dc;
+    rows.write_slopes_of_accelerations(t_, q_, qdot_, a_, z_, of_rows);
+    if constexpr (n == Dynamic) add_slopes_of_many_reactions(slopes);
+    else rows.add_slopes_of_reactions(t_, q_, qdot_, lambda_, z_, slopes);
+    dr = slopes;
+    dc = of_rows;
+  }
+
+  // The slopes of Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds; backwards, for there may be many coordinates.
+  void add_slopes_of_many_reactions(Eigen::MatrixXd& dr) const {
     using D = Dual<double, 1>;
+    using U = Reverse<D>;
     const Eigen::Index k = dof();
-    const Vector<D, n> fixed_a = a_.template cast<D>();
-    for (Eigen::Index first = 0; first < 2 * k; first += D::directions) {
-      const Vector<D, columns> seeds = seeded<D>(y_, first);
-      const Vector<D, n> x = seeds.head(k), v = seeds.segment(k, k);
-      const Vector<D, n> Q = reactions_of(x, v);
-      const Vector<D, m> c = constraint_acceleration(scene_, x, v, fixed_a, D(t_), z_);
-      const Eigen::Index end = std::min<Eigen::Index>(2 * k, first + D::directions);
-      for (Eigen::Index j = first; j < end; ++j) {
-        const auto d = static_cast<std::size_t>(j - first);
-        for (Eigen::Index i = 0; i < k; ++i) dr(i, j) += Q[i].tangent[d];
-        for (Eigen::Index i = 0; i < lambda_.size(); ++i) dc(i, j) = -c[i].tangent[d];
-      }
+    for (Eigen::Index j = 0; j < 2 * k; ++j) {
+      const Vector<D, Dynamic> seeds = seeded<D>(Eigen::VectorXd(y_), j), x = seeds.head(k), v = seeds.segment(k, k);
+      Tape<D> tape(k, 4 * k);
+      Vector<U, Dynamic> u(k);
+      for (Eigen::Index i = 0; i < k; ++i) u[i] = tape.variable(i, v[i]);
+      const auto rows = constraint_velocity(scene_, Vector<U, Dynamic>(x.template cast<U>()), u, U(D(t_)), z_);
+      U sum(0);
+      for (Eigen::Index i = 0; i < rows.size(); ++i) sum += lambda_[i] * rows[i];
+      std::vector<D> adjoint;
+      tape.sweep(sum, adjoint);
+      for (Eigen::Index i = 0; i < k; ++i) dr(i, j) += adjoint[static_cast<std::size_t>(i)].tangent[0];
     }
   }
 

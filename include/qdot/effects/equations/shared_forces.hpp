@@ -14,7 +14,7 @@
 
 namespace qdot::detail {
 
-class SwitchingRows;  // effects/equations/switching_rows.hpp
+class SceneRows;  // effects/equations/scene_rows.hpp
 
 // What active rows that share forces have of them.
 struct SharedForces {
@@ -26,21 +26,21 @@ struct SharedForces {
 
 // Of the active rows of a scene, of which at least one depends on others, with the forces lambda.
 template <class = void>
-SharedForces shared_forces(const SwitchingRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
+SharedForces shared_forces(const SceneRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
                            const Eigen::VectorXd& lambda);
 
 // lambda ← the shortest within the bounds, where there is one; those of the lasting constraints follow from the others.
 template <class = void>
-void split_forces(const SwitchingRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
+void split_forces(const SceneRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
                   Eigen::VectorXd& lambda);
 
 }  // namespace qdot::detail
 
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
-extern template SharedForces shared_forces<void>(const SwitchingRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+extern template SharedForces shared_forces<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
                                                  const Eigen::VectorXd&);
-extern template void split_forces<void>(const SwitchingRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+extern template void split_forces<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
                                         Eigen::VectorXd&);
 }  // namespace qdot::detail
 #else

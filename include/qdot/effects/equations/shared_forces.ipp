@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "qdot/effects/equations/shared_forces.hpp"
-#include "qdot/effects/equations/switching_rows.hpp"
+#include "qdot/effects/equations/scene_rows.hpp"
 #include "qdot/effects/rows/bounded_minimum.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/mechanics/equations/cholesky.hpp"
@@ -26,7 +26,7 @@ class Responses {
   using MatrixXd = Eigen::MatrixXd;
 
  public:
-  Responses(const SwitchingRows& scene, double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, std::vector<Eigen::Index> rows)
+  Responses(const SceneRows& scene, double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, std::vector<Eigen::Index> rows)
       : rows_(std::move(rows)), has_lasting_(scene.has_lasting_constraints()), J_(scene.jacobian(t, q, qdot, scene.with_all_active(z))),
         lasting_(scene.jacobian(t, q, qdot, scene.with_none_active(z))), M_(scene.mass_matrix(t, q, qdot)),
         factors_(solvable_mass(), lasting_, default_rank_cutoff) {
@@ -90,7 +90,7 @@ class ActiveRows {
   using VectorXd = Eigen::VectorXd;
 
  public:
-  ActiveRows(const SwitchingRows& scene, double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const VectorXd& lambda)
+  ActiveRows(const SceneRows& scene, double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const VectorXd& lambda)
       : scene_(scene), responses_(scene, t, q, qdot, z, scene.active_rows(z)) {
     const auto count = static_cast<Eigen::Index>(responses_.rows().size());
     for (Eigen::Index i = 0; i < count; ++i)
@@ -180,7 +180,7 @@ class ActiveRows {
     }
   }
 
-  const SwitchingRows& scene_;
+  const SceneRows& scene_;
   Responses<> responses_;
   std::vector<Eigen::Index> places_, effect_;  // of the rows that are not decided
   VectorXd x_, lower_, upper_;
@@ -188,13 +188,13 @@ class ActiveRows {
 };
 
 template <class>
-SharedForces shared_forces(const SwitchingRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
+SharedForces shared_forces(const SceneRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
                            const Eigen::VectorXd& lambda) {
   return ActiveRows<>(scene, t, q, qdot, z, lambda).shared(scene.count());
 }
 
 template <class>
-void split_forces(const SwitchingRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
+void split_forces(const SceneRows& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
                   Eigen::VectorXd& lambda) {
   ActiveRows<>(scene, t, q, qdot, z, lambda).split(t, q, qdot, z, lambda);
 }

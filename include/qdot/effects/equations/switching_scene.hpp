@@ -1,11 +1,12 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A scene as the choice of phases sees it: its rows (effects/equations/switching_rows.hpp), and how it moves.
+// A scene as the choice of phases sees it: its rows (effects/equations/scene_rows.hpp), and how it moves.
 
 #include <Eigen/Core>
+#include <memory>
 
-#include "qdot/effects/equations/switching_rows.hpp"
+#include "qdot/effects/equations/scene_rows_of.hpp"
 #include "qdot/effects/projection.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/scene_motion.hpp"
@@ -13,7 +14,7 @@
 namespace qdot::detail {
 
 /// What the choice of phases asks.
-class SwitchingScene : public virtual SwitchingRows {
+class SwitchingScene : public virtual SceneRows {
  public:
   struct Forces {
     VectorXd lambda;
@@ -23,13 +24,14 @@ class SwitchingScene : public virtual SwitchingRows {
   virtual VectorXd acceleration_without_lines(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
   virtual Forces forces(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
   virtual Forces forces_without_lines(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
-  virtual void project(double t, VectorXd& q, VectorXd& qdot, const VectorXd& z) const = 0;
+  virtual std::unique_ptr<ConstraintGeometry> geometry(double t) const = 0;
+  void project(double t, VectorXd& q, VectorXd& qdot, const VectorXd& z) const { projected(*this, *geometry(t), q, qdot, t, z); }
 };
 
 /// That of a scene. Holds a reference to it.
 template <class Sc>
-class SwitchingSceneOf final : public SwitchingScene, public SwitchingRowsOf<Sc> {
-  using Base = SwitchingRowsOf<Sc>;
+class SwitchingSceneOf final : public SwitchingScene, public SceneRowsOf<Sc> {
+  using Base = SceneRowsOf<Sc>;
   using typename Base::Q;
   using typename Base::Z;
   using Base::scene_;
@@ -51,12 +53,7 @@ class SwitchingSceneOf final : public SwitchingScene, public SwitchingRowsOf<Sc>
     const auto solution = constrained_without_lines(scene_, Q(q), Q(qdot), t, Z(z), default_rank_cutoff);
     return {solution.lambda, solution.rank};
   }
-  void project(double t, VectorXd& q, VectorXd& qdot, const VectorXd& z) const override {
-    Q at(q), rate(qdot);
-    qdot::project(scene_, at, rate, t, default_rank_cutoff, Z(z));
-    q = at;
-    qdot = rate;
-  }
+  std::unique_ptr<ConstraintGeometry> geometry(double t) const override { return constraint_geometry(scene_, *this, t, default_rank_cutoff); }
 };
 
 }  // namespace qdot::detail

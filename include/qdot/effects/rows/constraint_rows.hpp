@@ -17,7 +17,6 @@
 // Constraints that switch (contact, stick) have their rows at all times, so that sizes never change; where one is
 // not active its row is zero and asks for nothing. Which are active is read off the effects' own states z.
 
-#include <cmath>
 #include <cstddef>
 #include <string>
 #include <type_traits>
@@ -274,38 +273,15 @@ auto constraint_rows(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q,
 /// Name of each row: the constraint's, numbered where it has several rows.
 template <class Sys, class... Effects>
 std::vector<std::string> constraint_names(const Scene<Sys, Effects...>& scene) {
-  constexpr int n = Scene<Sys, Effects...>::dof_at_compile_time;
   std::vector<std::string> names;
-  const Vector<double, n> q = Vector<double, n>::Zero(scene.dof());
   const Vector<double, Scene<Sys, Effects...>::states_at_compile_time> z = scene.initial_states();
+  std::size_t k = 0;
   detail::for_each_constraint(scene, z, [&](const auto& e, bool) {
-    const Eigen::Index rows = detail::velocity_rows<n>(e, q, q, 0.0).size();
+    const Eigen::Index rows = detail::rows_of_constraint<std::remove_cvref_t<decltype(e)>>(scene, k++);
     for (Eigen::Index i = 0; i < rows; ++i)
       names.push_back(rows == 1 ? detail::constraint_name(e) : detail::sentence({detail::constraint_name(e), "[", i, "]"}));
   });
   return names;
 }
-
-namespace detail {
-
-// Names the constraint whose rows are not finite, if there is one.
-template <class Sc, class Rows, class... Derived>
-void require_finite_rows(const Sc& scene, double t, const Rows& rows, const Derived&... more) {
-  if (all_finite(rows) && (all_finite(more) && ...)) return;
-  const auto is_finite = [](const auto& of, Eigen::Index i) {
-    bool finite = true;
-    for (Eigen::Index j = 0; j < of.cols(); ++j) finite = finite && std::isfinite(of(i, j));
-    return finite;
-  };
-  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-    if (is_finite(rows, i) && (is_finite(more, i) && ...)) continue;
-    const std::string name = constraint_names(scene)[static_cast<std::size_t>(i)];
-    throw NonFinite(sentence({"the constraint '", name, "'"}), t,
-                    sentence({"a constraint and its derivatives must be finite, but those of '", name, "' are not at t = ", std::to_string(t),
-                              "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain"}));
-  }
-}
-
-}  // namespace detail
 
 }  // namespace qdot

@@ -1,0 +1,43 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// q̈ and λ, and slopes of q̈, where a run's lines have no answer: rows that depend on each other, motions without inertia, phases that are only tried, and numbers that are
+// not finite, which are named.
+//
+//     M q̈ − Jᵀ λ = r + Q ,    J q̈ = γ
+//
+// from the numbers of effects/equations/scene_rows.hpp, by dense factors (effects/rows/constrained_solve.hpp).
+
+#include <Eigen/Core>
+
+#include "qdot/effects/equations/scene_rows.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
+
+namespace qdot::detail {
+
+using AnySolution = ConstrainedSolution<Dynamic, Dynamic>;
+
+/// q̈ and λ in the phases z.
+///
+/// @throws as constrained_acceleration() of a scene
+template <class = void>
+[[gnu::cold]] AnySolution general_constrained_acceleration(const SceneRows& rows, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot,
+                                                           const Eigen::VectorXd& z, double cutoff);
+
+/// ∂q̈ from M ∂q̈ − Jᵀ ∂λ = dr, J ∂q̈ = dc, column by column.
+template <class = void>
+[[gnu::cold]] Eigen::MatrixXd constrained_slopes(const SceneRows& rows, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot,
+                                                 const Eigen::VectorXd& z, const Eigen::MatrixXd& dr, const Eigen::MatrixXd& dc);
+
+}  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template AnySolution general_constrained_acceleration<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                                                   const Eigen::VectorXd&, double);
+extern template Eigen::MatrixXd constrained_slopes<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
+                                                         const Eigen::MatrixXd&, const Eigen::MatrixXd&);
+}  // namespace qdot::detail
+#else
+#include "qdot/effects/equations/constrained_motion.ipp"
+#endif

@@ -1,0 +1,128 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// The rows, masses and forces of a scene, for code that does not depend on the scene's type.
+//
+// What a run asks at each step it has as lines. Beside these there is much code that is asked now and then: projections far from the constraints, rows
+// that depend on each other, the choice of phases of contacts and friction. No scene's type enters it, so that qdot::compiled can have it: it asks for
+// rows, masses and forces by virtual functions, and for numbers of run-time size. effects/equations/scene_rows_of.hpp has those of a scene.
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "qdot/effects/contact.hpp"
+#include "qdot/effects/dry_friction.hpp"
+#include "qdot/effects/impact.hpp"
+#include "qdot/error.hpp"
+#include "qdot/mechanics/mass_and_rhs.hpp"
+
+namespace qdot::detail {
+
+/// The phases as numbers in z: a contact is apart or closed, a friction slides with the sign of its velocity or sticks; what is undecided is not active.
+struct PhaseNumber {
+  static constexpr double apart = static_cast<double>(ContactPhase::apart), closed = static_cast<double>(ContactPhase::closed);
+  static constexpr double sticks = static_cast<double>(FrictionPhase::sticks), undecided = static_cast<double>(FrictionPhase::undecided);
+};
+
+/// A contact or a dry friction.
+struct SwitchingPart {
+  bool is_contact = false, ends_run = false;
+  Eigen::Index state = 0, row = 0;  // its places in z and among the rows of all constraints
+  std::string name{}, hits{}, opens{}, rests{};
+  ImpactLaw law{};
+
+  double active() const { return is_contact ? PhaseNumber::closed : PhaseNumber::sticks; }
+  bool is_active(const Eigen::VectorXd& z) const { return z[state] == active(); }
+};
+
+/// What is asked of a scene; z are the effects' own states, and a row of a part that is not active is zero.
+class SceneRows {
+ public:
+  using VectorXd = Eigen::VectorXd;
+  using MatrixXd = Eigen::MatrixXd;
+
+  virtual ~SceneRows() = default;
+  Eigen::Index rows() const { return static_cast<Eigen::Index>(of_positions_.size()); }
+  bool is_of_positions(Eigen::Index row) const { return of_positions_[static_cast<std::size_t>(row)]; }  // or else of velocities alone
+  bool has_rows(bool of_positions) const { return std::ranges::find(of_positions_, of_positions) != of_positions_.end(); }
+  bool has_lasting_constraints() const { return has_lasting_constraints_; }
+
+  /// The contacts and frictions.
+  virtual const std::vector<SwitchingPart>& parts() const = 0;
+  virtual VectorXd initial_states() const = 0;
+  Eigen::Index count() const { return static_cast<Eigen::Index>(parts().size()); }
+  VectorXd with_all_active(VectorXd z) const {
+    for (const SwitchingPart& part : parts()) z[part.state] = part.active();
+    return z;
+  }
+  VectorXd with_none_active(VectorXd z) const {
+    for (const SwitchingPart& part : parts()) z[part.state] = PhaseNumber::undecided;
+    return z;
+  }
+  std::vector<Eigen::Index> active_rows(const VectorXd& z) const {
+    std::vector<Eigen::Index> rows;
+    for (const SwitchingPart& part : parts())
+      if (part.is_active(z)) rows.push_back(part.row);
+    return rows;
+  }
+  bool is_free(const VectorXd& z) const { return !has_lasting_constraints_ && active_rows(z).empty(); }
+
+  virtual double sticking_limit(Eigen::Index part, double t, const VectorXd& q, const VectorXd& qdot) const = 0;
+  virtual MatrixXd mass_matrix(double t, const VectorXd& q, const VectorXd& qdot) const = 0;
+  virtual MassAndRhs<double, Dynamic> mass_and_rhs(double t, const VectorXd& q, const VectorXd& qdot) const = 0;         // without forces of effects
+  virtual VectorXd applied_forces(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;               // empty where there are none
+  virtual MatrixXd jacobian(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
+  virtual VectorXd residual(double t, const VectorXd& q, const VectorXd& z) const = 0;                        // φ
+  virtual VectorXd velocity(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;  // φ̇ and a
+  virtual VectorXd row_accelerations(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& a, const VectorXd& z) const = 0;  // φ̈, ȧ with q̈ = a
+  virtual std::vector<std::string> row_names() const = 0;
+  virtual std::vector<std::string> coordinate_names() const = 0;
+  /// J q̈ = γ.
+  VectorXd gamma(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const {
+    VectorXd gamma = row_accelerations(t, q, qdot, zeros<VectorXd>(q.size()), z);
+    for (Eigen::Index i = 0; i < gamma.size(); ++i) gamma[i] = -gamma[i];
+    return gamma;
+  }
+  /// Generalized forces without those of constraints.
+  VectorXd rhs(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const {
+    VectorXd f = mass_and_rhs(t, q, qdot).r;
+    const VectorXd Q = applied_forces(t, q, qdot, z);
+    for (Eigen::Index i = 0; i < Q.size(); ++i) f[i] += Q[i];
+    return f;
+  }
+
+  /// @throws NonFinite  with the effect whose force is not finite
+  virtual void require_finite_forces(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
+  /// @throws NonFinite  with what made accelerations a that are not finite
+  virtual void require_finite_acceleration(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& a) const = 0;
+  /// @throws NonFinite  with the constraint whose rows are not finite
+  void require_finite_rows(double t, const MatrixXd& values) const {
+    for (Eigen::Index i = 0; i < values.rows(); ++i)
+      for (Eigen::Index j = 0; j < values.cols(); ++j)
+        if (!std::isfinite(values(i, j))) throw_row_not_finite(i, t);
+  }
+
+ protected:
+  std::vector<bool> of_positions_;  // of each row
+  bool has_lasting_constraints_ = false;
+
+ private:
+  [[noreturn, gnu::cold]] void throw_row_not_finite(Eigen::Index row, double t) const {
+    const std::string name = row_names()[static_cast<std::size_t>(row)];
+    throw NonFinite(sentence({"the constraint '", name, "'"}), t,
+                    sentence({"a constraint and its derivatives must be finite, but those of '", name, "' are not at t = ", std::to_string(t),
+                              "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain"}));
+  }
+};
+
+/// Names for messages of ConstrainedFactors.
+struct NamesOfRows {
+  const SceneRows& of;
+  std::vector<std::string> operator()() const { return of.row_names(); }
+  std::vector<std::string> coordinates() const { return of.coordinate_names(); }
+};
+
+}  // namespace qdot::detail
