@@ -12,6 +12,8 @@
 #include <qdot/effects/rows/constrained_solve.hpp>
 #include <qdot/effects/rows/dependent_rows.hpp>
 #include <qdot/effects/rows/projection_lines.hpp>
+#include <qdot/effects/rows/sparse_solve.hpp>
+#include <qdot/effects/rows/traced_constraints.hpp>
 #include <qdot/mechanics/equations/limit_of_slopes.hpp>
 
 namespace qdot::detail {
@@ -29,8 +31,7 @@ template std::vector<double> pivoted_solution<void>(const Eigen::MatrixXd&, cons
                                                     const std::vector<std::string>&, const std::vector<std::string>&);
 template bool slopes_in_the_limit<void>(const Eigen::VectorXd&, Eigen::Index, Eigen::MatrixXd&,
                                         const std::function<void(const Eigen::VectorXd&, Eigen::MatrixXd&)>&);
-template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&,
-                                                                    const Eigen::VectorXd&);
+template Eigen::VectorXd impulses<void>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&, const Eigen::VectorXd&);
 template class RowsByDuals<1>;
 template class RowsByDuals<2>;
 template class RowsByDuals<3>;
@@ -39,6 +40,7 @@ template class RowsByDuals<5>;
 template class RowsByDuals<6>;
 template class RowsByDuals<7>;
 template class RowsByDuals<8>;
+template class RowsByDuals<Dynamic>;
 template AnySolution general_constrained_acceleration<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
                                                             const Eigen::VectorXd&, double);
 template Eigen::MatrixXd constrained_slopes<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
@@ -47,6 +49,9 @@ template std::unique_ptr<ConstraintGeometry> dense_geometry<void>(const SceneRow
 template std::unique_ptr<ConstraintGeometry> dense_geometry<void>(const SceneRows&, double, double, Eigen::MatrixXd, Eigen::MatrixXd);
 template Conditioning dense_conditioning<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&);
 template ProjectionReport projected<void>(const SceneRows&, ConstraintGeometry&, Eigen::VectorXd&, Eigen::VectorXd&, double, const Eigen::VectorXd&);
+template std::unique_ptr<SparseFactors> sparse_factors<void>();
+template std::unique_ptr<TracedConstraints> traced_constraints<void>(TracedEquations<double>, double);
+template std::unique_ptr<TracedConstraints> traced_constraints<void>(const RecordableForm&, double);
 template std::unique_ptr<AnyProjection> projection_by_lines<void>(const RecordableForm&, std::span<const double>);
 template SharedForces shared_forces<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
                                           const Eigen::VectorXd&);

@@ -18,6 +18,7 @@
 #include <qdot/integrate/runge_kutta.hpp>
 #include <qdot/integrate/steps/recorded_motion.hpp>
 #include <qdot/integrate/steps/spectral_radius.hpp>
+#include <qdot/integrate/steps/watch_budget.hpp>
 #include <qdot/integrate/taylor.hpp>
 #include <qdot/integrate/watch/diagnosis.hpp>
 #include <qdot/integrate/watch/watch.hpp>
@@ -55,6 +56,7 @@ template void LineEvaluator::mark_read_by<double>(const LineEvaluator&);
 }  // namespace qdot::formula
 
 namespace qdot::detail {
+template double seconds_of_steady_clock<void>();
 template void require_valid<double>(const Options&, Eigen::Index);
 template std::string explanation<double>(const Probe&, Outcome, const Standstill&);
 template Failure trouble_of_state<double>(const DrivenForm&, const Eigen::Ref<const Eigen::VectorXd>&, double, double);

@@ -88,7 +88,7 @@ MUTANTS = [
     (EF + "/projection.hpp", "Newton's step: sign", "wanted[i] = -phi[i];", "wanted[i] = phi[i];", "effects/constraints"),
     (EF + "/scene_motion.hpp", "power of constraints dropped", "p += qdot.dot(reactions(scene, q, qdot, t, z));", ";", "fuzz/constrained_mechanisms"),
     (EF + "/impact.hpp", "impact: 1 + e to e", "(1 + law.e) * approach / J.dot(W)", "law.e * approach / J.dot(W)", "effects/impact"),
-    (EF + "/impact.hpp", "simultaneous impacts: 1 + e to e", "target[i] = (1 + law.e) * u[i];", "target[i] = law.e * u[i];", "effects/impact"),
+    (EF + "/impact.ipp", "simultaneous impacts: 1 + e to e", "target[i] = (1 + law.e) * u[i];", "target[i] = law.e * u[i];", "effects/impact"),
 
     # --- integrate
     (IN + "/steps/fixed_step.hpp", "compensated sum: rounding not given back", "lost = (sum - (s - z)) + (delta - z);", "lost = 0.0;",

@@ -96,6 +96,14 @@ V zeros(Eigen::Index rows, Eigen::Index columns = 1) {
   return all;
 }
 
+// The entries of x as scalars D. Eigen's cast() is a type of its own, too.
+template <class D, class S, int n>
+Vector<D, n> converted(const Vector<S, n>& x) {
+  Vector<D, n> all(x.size());
+  for (Eigen::Index i = 0; i < x.size(); ++i) all.data()[i] = D(x.data()[i]);
+  return all;
+}
+
 // The vector of `count` numbers. Of Eigen's map it would be a dozen functions, too.
 template <int n>
 Vector<double, n> vector_at(const double* first, Eigen::Index count) {

@@ -34,10 +34,12 @@ struct RayleighFunction {
 
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    return -gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
+    Vector<S, n> Q = gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
-      return D(detail::of_state(R, Vector<D, n>(q.template cast<D>()), v, D(t)));
+      return D(detail::of_state(R, detail::converted<D>(q), v, D(t)));
     }), qdot);
+    for (Eigen::Index i = 0; i < Q.size(); ++i) Q[i] = -Q[i];
+    return Q;
   }
 
 };
@@ -109,7 +111,7 @@ struct RegularizedFriction {
   Vector<S, n> force(const Vector<S, n>&, const Vector<S, n>& qdot, const S&) const {
     using std::tanh;
     const S drag = -F * tanh(qdot[coordinate] * (1.0 / v0));  // a quotient that does not wait for q̇
-    Vector<S, n> Q = Vector<S, n>::Zero(qdot.size());
+    Vector<S, n> Q = detail::zeros<Vector<S, n>>(qdot.size());
     Q[coordinate] = drag;
     return Q;
   }

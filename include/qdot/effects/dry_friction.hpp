@@ -71,11 +71,11 @@ struct DryFriction {
     requires detail::may_take<Sliding, S>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, 1>& z, const S& t) const {
     const double s = static_cast<double>(innermost_value(z[0]));
-    if (s != 1.0 && s != -1.0) return Vector<S, n>::Zero(q.size());
+    if (s != 1.0 && s != -1.0) return detail::zeros<Vector<S, n>>(q.size());
     const S F = -s * limit<S>(F_k, q, qdot, t);
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& u) {
       using D = typename std::remove_cvref_t<decltype(u)>::Scalar;
-      return sliding_velocity<D, n>(Vector<D, n>(q.template cast<D>()), u, D(t));
+      return sliding_velocity<D, n>(detail::converted<D>(q), u, D(t));
     }), qdot) * F;
   }
 

@@ -14,7 +14,7 @@
 #include <type_traits>
 #include <utility>
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/ad/forward/functor_result.hpp"
@@ -125,7 +125,7 @@ struct TorqueOnBody {
     // ω = Σ ωᵢ q̇ᵢ, so Qᵢ = ∂(τ·ω)/∂q̇ᵢ; linear in q̇. A known rotation has Ω in closed form, and τ·ω = Rᵀτ·Ω.
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
-      const Vector<D, n> at = q.template cast<D>();
+      const Vector<D, n> at = detail::converted<D>(q);
       return detail::along_motion<D>(detail::at_time(R, D(t)), at, v, [&](const auto& rotation, const auto& follow) {
         if constexpr (detail::is_known_rotation<std::remove_cvref_t<decltype(rotation)>>) {
           if (rotation.is_as_made()) {
@@ -188,7 +188,7 @@ struct NonInertialFrame {
     const Vector<S, 3> velocity = moving.rate;
     const Vector<S, 3> W = detail::of_time(Omega_of, t).template cast<S>();
     const Vector<S, 3> a = detail::of_time(a_of, t).template cast<S>();
-    const Vector<S, 3> swept = W.cross(position);
+    const Vector<S, 3> swept(W[1] * position[2] - W[2] * position[1], W[2] * position[0] - W[0] * position[2], W[0] * position[1] - W[1] * position[0]);
     return m * (velocity.dot(swept) + 0.5 * swept.dot(swept) - a.dot(position));
   }
 };

@@ -26,14 +26,12 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "qdot/effects/forces.hpp"
-#include "qdot/effects/rows/bounded_minimum.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 #include "qdot/mechanics/system.hpp"
@@ -70,105 +68,12 @@ struct NoImpulse {
   Eigen::Index contact;
 };
 
-// The shortest x ≥ lower with A x + b ≥ 0 and (x − lower)ᵀ(A x + b) = 0, for a symmetric positive semidefinite A.
-//
-// @throws NoImpulse  when there is none
-template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>  // compiled only where it is called
-VectorXd complementary(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<VectorXd>& b, const std::type_identity_t<VectorXd>& lower) {
-  const Eigen::Index k = b.size();
-  const VectorXd q = A * lower + b;
-  VectorXd length(k);
-  for (Eigen::Index i = 0; i < k; ++i) length[i] = A(i, i) > 0 ? std::sqrt(A(i, i)) : 1.0;
-  BoundedMinimum p;
-  p.A = A;
-  p.b = q;
-  for (Eigen::Index i = 0; i < k; ++i) {
-    p.b[i] /= length[i];
-    for (Eigen::Index j = 0; j < k; ++j) p.A(i, j) /= length[i] * length[j];
-  }
-  p.relative = 1e-13;
-  p.size = VectorXd::Constant(k, p.b.cwiseAbs().maxCoeff());
-  p.lower = VectorXd::Zero(k);
-  p.upper = VectorXd::Constant(k, std::numeric_limits<double>::infinity());
-  for (Eigen::Index i = 0; i < k; ++i)
-    if (!(A(i, i) > 0)) {
-      if (p.b[i] < -p.relative * p.size[i]) throw NoImpulse{i};
-      p.upper[i] = 0.0;
-    }
-  if (!solve(p)) throw NoImpulse{0};
-  if (p.contradicting >= 0) throw NoImpulse{p.contradicting};
-  std::vector<Eigen::Index> pressed;
-  for (Eigen::Index i = 0; i < k; ++i)
-    if (p.upper[i] > 0 && std::abs(p.w[i]) <= p.least(i)) pressed.push_back(i);
-  if (VectorXd x = p.x(pressed); shorten(x, null_space(part_of(p.A, pressed)), p.lower(pressed), p.upper(pressed))) p.x(pressed) = x;
-  VectorXd result = lower;
-  for (Eigen::Index i = 0; i < k; ++i) result[i] += p.x[i] / length[i];
-  return result;
-}
-
-// The impulses of one blow on contacts that all approach, u < 0.
-template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>
-VectorXd blow(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<VectorXd>& u, const std::vector<ImpactLaw>& laws) {
-  const Eigen::Index k = u.size();
-  const VectorXd none = VectorXd::Zero(k);
-  VectorXd lower = none, target = u, compression = none;
-  if (std::any_of(laws.begin(), laws.end(), [](const ImpactLaw& law) { return law.poisson; }))
-    compression = complementary(A, u, none);
-  for (Eigen::Index i = 0; i < k; ++i) {
-    const ImpactLaw& law = laws[static_cast<std::size_t>(i)];
-    if (law.poisson) {
-      lower[i] = (1 + law.e) * compression[i];
-    } else {
-      target[i] = (1 + law.e) * u[i];
-    }
-  }
-  VectorXd impulse = complementary(A, target, lower);
-  // ΔT along the way from compression to the end is a parabola that begins at or below zero.
-  const auto gain = [&](const VectorXd& L) { return L.dot(u) + 0.5 * L.dot(A * L); };
-  if (!compression.isZero(0.0) && gain(impulse) > 0) {
-    double low = 0.0, high = 1.0;
-    const VectorXd expansion = impulse - compression;
-    for (int i = 0; i < 60; ++i) (gain(compression + 0.5 * (low + high) * expansion) > 0 ? high : low) = 0.5 * (low + high);
-    impulse = compression + low * expansion;
-  }
-  return impulse;
-}
-
 // All blows of contacts with closed gaps: their impulses in total. u is changed to the velocities afterwards; what is
 // slower than `still` does not approach.
 //
 // @throws NoImpulse  where contacts close against each other, as two walls do on what is between them
-template <class MatrixXd = Eigen::MatrixXd, class VectorXd = Eigen::VectorXd>
-VectorXd impulses(const std::type_identity_t<MatrixXd>& A, std::type_identity_t<VectorXd>& u, const std::vector<ImpactLaw>& laws,
-                  const std::type_identity_t<VectorXd>& still) {
-  constexpr int most_blows = 100;
-  const Eigen::Index k = u.size();
-  VectorXd total = VectorXd::Zero(k);
-  for (int round = 0; round < most_blows; ++round) {
-    std::vector<Eigen::Index> struck;
-    for (Eigen::Index i = 0; i < k; ++i)
-      if (u[i] < -still[i]) struck.push_back(i);
-    if (struck.empty()) return total;
-    std::vector<ImpactLaw> their_laws;
-    for (const Eigen::Index i : struck) their_laws.push_back(laws[static_cast<std::size_t>(i)]);
-    VectorXd impulse;
-    try {
-      impulse = blow(A(struck, struck), u(struck), their_laws);
-    } catch (const NoImpulse& of) {
-      throw NoImpulse{struck[static_cast<std::size_t>(of.contact)]};
-    }
-    total(struck) += impulse;
-    u += A(Eigen::indexing::all, struck) * impulse;
-  }
-  const VectorXd rest = complementary(A, u, VectorXd::Zero(k));
-  u += A * rest;
-  return total + rest;
-}
-
-#ifdef QDOT_COMPILED
-extern template Eigen::VectorXd impulses<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, Eigen::VectorXd&,
-                                                                           const std::vector<ImpactLaw>&, const Eigen::VectorXd&);
-#endif
+template <class = void>
+Eigen::VectorXd impulses(const Eigen::MatrixXd& A, Eigen::VectorXd& u, const std::vector<ImpactLaw>& laws, const Eigen::VectorXd& still);
 
 }  // namespace detail
 
@@ -201,3 +106,11 @@ Impact<Sys, Gap> impact(Sys system, Gap gap, ImpactLaw law) {
 }
 
 }  // namespace qdot
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template Eigen::VectorXd impulses<void>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&, const Eigen::VectorXd&);
+}  // namespace qdot::detail
+#else
+#include "qdot/effects/impact.ipp"
+#endif

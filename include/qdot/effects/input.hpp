@@ -41,7 +41,7 @@ struct Input {
   }
   template <class S, int n>
   Vector<S, count> state_rate(const Vector<S, n>&, const Vector<S, n>&, const Vector<S, count>&, const S&) const {
-    return Vector<S, count>::Zero();
+    return detail::zeros<Vector<S, count>>(count);
   }
 };
 
@@ -61,7 +61,7 @@ struct ForceOnCoordinate {
 
   template <class S, int n>
   Vector<S, n> operator()(const Vector<S, n>& q, const Vector<S, n>&, const Vector<S, 1>& u) const {
-    Vector<S, n> Q = Vector<S, n>::Zero(q.size());
+    Vector<S, n> Q = detail::zeros<Vector<S, n>>(q.size());
     Q[coordinate] = u[0];
     return Q;
   }

@@ -47,7 +47,7 @@ ProjectionReport projected(const SceneRows& rows, ConstraintGeometry& geometry, 
 // As project() below; `traced` are equations that a run has traced, or nothing.
 template <class Sys, class... Effects, int n>
 ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff,
-                           const Eigen::VectorXd& z, TracedConstraints<>* traced) {
+                           const Eigen::VectorXd& z, TracedConstraints* traced) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: only a scene with constraints can be projected onto them");
   const SceneRowsOf<Sc> rows(scene);

@@ -106,7 +106,7 @@ class Scene {
 
   Scene(Sys system, Effects... effects)
       : effects_(std::move(effects)...), system_(detail::effective_system(system, effects_)) {
-    if constexpr (sizeof...(Effects) > 0) require_fit(Vector<double, dof_at_compile_time>::Zero(dof()));
+    if constexpr (sizeof...(Effects) > 0) require_fit(detail::zeros<Vector<double, dof_at_compile_time>>(dof()));
   }
 
   /// The system whose T and V hold the terms of the effects.

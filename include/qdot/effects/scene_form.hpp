@@ -42,7 +42,7 @@ class SceneForm {
   static constexpr bool has_rates = detail::has_rates<Sc>;
   static constexpr bool has_projection_lines =
       has_rates && Sc::has_constraints && Sc::SystemType::inertia == Inertia::positive_definite;
-  using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints<>, detail::TracedRates>;
+  using Traced = std::conditional_t<Sc::has_constraints, detail::TracedConstraints, detail::TracedRates>;
 
  public:
   static constexpr int dof_at_compile_time = n;                                         ///< n, or Dynamic
@@ -161,7 +161,7 @@ class SceneForm {
       }
     }
     Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
-    const auto project_on = [&](detail::TracedConstraints<>* traced) {
+    const auto project_on = [&](detail::TracedConstraints* traced) {
       report = detail::projected(scene_, q, qdot, t, default_rank_cutoff, Eigen::VectorXd(z), traced);
       return true;
     };
@@ -350,7 +350,7 @@ class SceneForm {
   std::unique_ptr<Traced> trace() const
     requires is_traced
   {
-    if constexpr (has_constraints) return std::make_unique<Traced>(detail::traced_equations(recordable()), default_rank_cutoff);
+    if constexpr (has_constraints) return detail::traced_constraints(recordable(), default_rank_cutoff);
     else return detail::traced_rates(recordable());
   }
 

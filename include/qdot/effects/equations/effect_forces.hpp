@@ -39,7 +39,7 @@ template <class S, int n, class Force>
 // Effects are asked what their `Roles` say: their own types, or those of the same effects with plain numbers for recorded parameters.
 template <ForceSum way, class... Roles, class Effects, class S, int n>
 Vector<S, n> sum_over(const Effects& effects, const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, total<states_of<Roles>()...>()>& z, const S& t) {
-  Vector<S, n> sum = Vector<S, n>::Zero(q.size());
+  Vector<S, n> sum = zeros<Vector<S, n>>(q.size());
   Eigen::Index first = 0;
   const auto add = [&]<class E>(const auto& e, std::type_identity<E>) {
     if constexpr (way == ForceSum::unknown_slopes && KnowsSlopes<E>) {

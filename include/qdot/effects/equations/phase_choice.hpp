@@ -50,8 +50,13 @@ inline double weighted(const Eigen::MatrixXd& jacobian, Eigen::Index row, const 
 
 // The multiplier that would balance the applied forces along a row.
 inline double force_scale(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& f, Eigen::Index row) {
-  const double square = jacobian.row(row).squaredNorm();
-  return square > 0 ? weighted(jacobian, row, f.cwiseAbs()) / square : 0.0;
+  double square = 0.0, sum = 0.0;
+  for (Eigen::Index j = 0; j < jacobian.cols(); ++j) {
+    const double entry = jacobian(row, j);
+    square += entry * entry;
+    sum += std::abs(entry) * std::abs(f[j]);
+  }
+  return square > 0 ? sum / square : 0.0;
 }
 
 }  // namespace qdot::detail

@@ -37,6 +37,26 @@ template <class Sys, class... Effects>
 inline constexpr bool has_other_forces<Scene<Sys, Effects...>> =
     (((StateEffect<Effects> || ForceEffect<Effects, Scene<Sys, Effects...>::dof_at_compile_time>)&&!KnowsSlopes<Effects>) || ...);
 
+// dr ← dr + the slopes of Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds; backwards, for there may be many coordinates. D is Dual<double, 1>.
+template <class D, class Sc>
+void add_slopes_of_many_reactions(const Sc& scene, double t, const Eigen::VectorXd& y, const EffectStates<Sc>& z, const Eigen::VectorXd& lambda,
+                                  Eigen::MatrixXd& dr) {
+  using U = Reverse<D>;
+  const Eigen::Index k = scene.dof();
+  for (Eigen::Index j = 0; j < 2 * k; ++j) {
+    const Vector<D, Dynamic> seeds = seeded<D>(y, j), x = seeds.head(k), v = seeds.segment(k, k);
+    Tape<D> tape(k, 4 * k);
+    Vector<U, Dynamic> u(k);
+    for (Eigen::Index i = 0; i < k; ++i) u[i] = tape.variable(i, v[i]);
+    const auto rows = constraint_velocity(scene, Vector<U, Dynamic>(x.template cast<U>()), u, U(D(t)), z);
+    U sum(0);
+    for (Eigen::Index i = 0; i < rows.size(); ++i) sum += lambda[i] * rows[i];
+    std::vector<D> adjoint;
+    tape.sweep(sum, adjoint);
+    for (Eigen::Index i = 0; i < k; ++i) dr(i, j) += adjoint[static_cast<std::size_t>(i)].tangent[0];
+  }
+}
+
 template <class Sc>
 class SceneJacobian {
   static constexpr int n = Sc::dof_at_compile_time;
@@ -87,7 +107,9 @@ class SceneJacobian {
       if (solved_sparsely(dr, dc, out)) return;
     }
     if constexpr (Sc::has_constraints) {
-      out.middleRows(k, k) = constrained_slopes(SceneRowsOf<Sc>(scene_), t_, q_, qdot_, z_, dr, dc);
+      const Eigen::MatrixXd slopes = constrained_slopes(SceneRowsOf<Sc>(scene_), t_, q_, qdot_, z_, dr, dc);
+      for (Eigen::Index j = 0; j < y_.size(); ++j)
+        for (Eigen::Index i = 0; i < k; ++i) out(k + i, j) = slopes(i, j);
     } else {
       const Matrix<double, n, columns> solution = solved_with_mass_matrix(scene_.system(), mass_matrix(scene_, q_, qdot_, t_), dr, t_);
       for (Eigen::Index j = 0; j < y_.size(); ++j) write_column(out, j, column_of(solution, j));
@@ -146,8 +168,8 @@ class SceneJacobian {
     if (!sparse.compute(scene_, q_, qdot_, t_, z_, default_rank_cutoff)) return false;
     for (Eigen::Index j = 0; j < y_.size(); ++j) {
       Vector<double, n> column = column_of(dr, j);
-      Vector<double, m> rows = column_of(dc, j);
-      if (!sparse.factors.solve(sparse.J, column, rows)) return false;
+      Eigen::VectorXd rows = column_of(dc, j);
+      if (!sparse.factors->solve(sparse.J, column, rows)) return false;
       write_column(out, j, column);
     }
     return true;
@@ -159,29 +181,10 @@ class SceneJacobian {
     const SceneRowsOf<Sc> rows(scene_);
     Eigen::MatrixXd slopes = dr, of_rows = dc;
     rows.write_slopes_of_accelerations(t_, q_, qdot_, a_, z_, of_rows);
-    if constexpr (n == Dynamic) add_slopes_of_many_reactions(slopes);
+    if constexpr (n == Dynamic) add_slopes_of_many_reactions<Dual<double, 1>>(scene_, t_, y_, z_, lambda_, slopes);
     else rows.add_slopes_of_reactions(t_, q_, qdot_, lambda_, z_, slopes);
     dr = slopes;
     dc = of_rows;
-  }
-
-  // The slopes of Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds; backwards, for there may be many coordinates.
-  void add_slopes_of_many_reactions(Eigen::MatrixXd& dr) const {
-    using D = Dual<double, 1>;
-    using U = Reverse<D>;
-    const Eigen::Index k = dof();
-    for (Eigen::Index j = 0; j < 2 * k; ++j) {
-      const Vector<D, Dynamic> seeds = seeded<D>(Eigen::VectorXd(y_), j), x = seeds.head(k), v = seeds.segment(k, k);
-      Tape<D> tape(k, 4 * k);
-      Vector<U, Dynamic> u(k);
-      for (Eigen::Index i = 0; i < k; ++i) u[i] = tape.variable(i, v[i]);
-      const auto rows = constraint_velocity(scene_, Vector<U, Dynamic>(x.template cast<U>()), u, U(D(t_)), z_);
-      U sum(0);
-      for (Eigen::Index i = 0; i < rows.size(); ++i) sum += lambda_[i] * rows[i];
-      std::vector<D> adjoint;
-      tape.sweep(sum, adjoint);
-      for (Eigen::Index i = 0; i < k; ++i) dr(i, j) += adjoint[static_cast<std::size_t>(i)].tangent[0];
-    }
   }
 
   const Sc& scene_;

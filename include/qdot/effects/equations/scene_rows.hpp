@@ -46,8 +46,8 @@ class SceneRows {
 
   virtual ~SceneRows() = default;
   Eigen::Index rows() const { return static_cast<Eigen::Index>(of_positions_.size()); }
-  bool is_of_positions(Eigen::Index row) const { return of_positions_[static_cast<std::size_t>(row)]; }  // or else of velocities alone
-  bool has_rows(bool of_positions) const { return std::ranges::find(of_positions_, of_positions) != of_positions_.end(); }
+  bool is_of_positions(Eigen::Index row) const { return of_positions_[static_cast<std::size_t>(row)] != 0; }  // or else of velocities alone
+  bool has_rows(bool of_positions) const { return std::find(of_positions_.begin(), of_positions_.end(), static_cast<char>(of_positions)) != of_positions_.end(); }
   bool has_lasting_constraints() const { return has_lasting_constraints_; }
 
   /// The contacts and frictions.
@@ -106,7 +106,7 @@ class SceneRows {
   }
 
  protected:
-  std::vector<bool> of_positions_;  // of each row
+  std::vector<char> of_positions_;  // of each row
   bool has_lasting_constraints_ = false;
 
  private:

@@ -4,6 +4,8 @@
 // The rows, masses and forces of a scene of a given type (effects/equations/scene_rows.hpp): what asks its functors for numbers.
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cstddef>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -42,7 +44,7 @@ Eigen::Index asked(const Sc& scene, const Z& z) {
 
 /// The rows of a scene. Holds a reference to it, and is made for one call.
 template <class Sc>
-class SceneRowsOf : public RowsByDuals<Sc::dof_at_compile_time> {
+class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
   static_assert(!Sc::has_phases || Sc::constraints_at_compile_time != Dynamic,
                 "qdot: beside contacts and dry friction every constraint must have a number of rows known at compile time");
 
@@ -108,24 +110,44 @@ class SceneRowsOf : public RowsByDuals<Sc::dof_at_compile_time> {
   const Sc& scene_;
 
  private:
-  using typename RowsByDuals<n>::Number;
-  using typename RowsByDuals<n>::Slope;
+  using Base = RowsByDuals<size_of_rows<n>>;
+  using typename Base::Number;
+  using typename Base::Slope;
 
-  Vector<Number, Dynamic> rows_on(const Vector<Number, n>& q, const Vector<Number, n>& qdot, const Number& t, const VectorXd& z) const override {
-    return rows_of<Number>(q, qdot, t, z);
-  }
-  Vector<Slope, Dynamic> rows_on(const Vector<Slope, n>& q, const Vector<Slope, n>& qdot, const Slope& t, const VectorXd& z) const override {
-    return rows_of<Slope>(q, qdot, t, z);
-  }
+  void write_rows(const Number* q, const Number* qdot, const Number& t, const VectorXd& z, Number* out) const override { write(q, qdot, t, z, out); }
+  void write_rows(const Slope* q, const Slope* qdot, const Slope& t, const VectorXd& z, Slope* out) const override { write(q, qdot, t, z, out); }
+
   template <class S>
-  Vector<S, Dynamic> rows_of(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t, const VectorXd& z) const {
-    const auto found = stacked_rows<S>(scene_, t, Z(z), [&](const auto& e) {
-      if constexpr (HolonomicEffect<std::remove_cvref_t<decltype(e)>, n>) return as_rows(e.phi(q, t));
-      else return as_rows(e.velocity_constraint(q, qdot, t));
+  void write(const S* q, const S* qdot, const S& t, const VectorXd& z, S* out) const {
+    Vector<S, n> x(scene_.dof()), v(scene_.dof());
+    std::copy_n(q, x.size(), x.data());
+    std::copy_n(qdot, v.size(), v.data());
+    std::size_t k = 0;
+    for_each_constraint(scene_, Z(z), [&](const auto& e, bool is_active) {
+      using E = std::remove_cvref_t<decltype(e)>;
+      const Eigen::Index rows = rows_of_constraint<E>(scene_, k++);
+      if (!is_active) {
+        std::fill_n(out, rows, S(0.0));
+      } else if constexpr (HolonomicEffect<E, n>) {
+        write_part(e, e.phi(x, t), rows, t, out);
+      } else {
+        write_part(e, e.velocity_constraint(x, v, t), rows, t, out);
+      }
+      out += rows;
     });
-    Vector<S, Dynamic> rows(found.size());
-    std::copy_n(found.data(), found.size(), rows.data());
-    return rows;
+  }
+  template <class E, class Result, class S>
+  static void write_part(const E& e, const Result& result, Eigen::Index rows, const S& t, S* out) {
+    static_assert(require_numbers<Result>());
+    if constexpr (HasRows<Result>) {
+      constexpr int known = constraint_rows_of<E, n>();
+      static_assert(known == Dynamic || known == Result::RowsAtCompileTime, "qdot: a constraint must return the same number of rows for every scalar");
+      const Vector<typename Result::Scalar, Result::RowsAtCompileTime> part(result);
+      require_rows(e, part, rows, t);
+      std::copy_n(part.data(), rows, out);
+    } else {
+      *out = S(result);
+    }
   }
 
   [[gnu::cold]] void find_parts() const {

@@ -33,7 +33,7 @@ inline constexpr bool may_be_sparse =
 struct SparseSystem {
   BandedMatrix M{0, 0};
   SparseRows J;
-  SparseFactors factors;
+  std::unique_ptr<SparseFactors> factors = sparse_factors();
 
   template <class Sc, class Phases>
   bool compute(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff, Eigen::VectorXd& r) {
@@ -55,7 +55,7 @@ struct SparseSystem {
  private:
   template <class Sc, class Phases>
   bool factor(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff) {
-    return write_sparse_rows(scene, q, qdot, t, z, J) && factors.compute(M, J, massless_pivot, clearly_independent * cutoff * cutoff);
+    return write_sparse_rows(scene, q, qdot, t, z, J) && factors->compute(M, J, massless_pivot, clearly_independent * cutoff * cutoff);
   }
 };
 
@@ -65,11 +65,13 @@ bool sparse_solution(const Sc& scene, const Eigen::VectorXd& q, const Eigen::Vec
                      double cutoff, ConstrainedSolution<n, m>& solution) {
   SparseSystem sparse;
   if (!sparse.compute(scene, q, qdot, t, z, cutoff, solution.qddot)) return false;
-  if (Q.size() > 0) solution.qddot += Q;
-  solution.lambda = -constraint_acceleration(scene, q, qdot, Eigen::VectorXd(Eigen::VectorXd::Zero(q.size())), t, z);
-  if (!sparse.factors.solve(sparse.J, solution.qddot, solution.lambda)) return false;
-  solution.rank = sparse.factors.rank();
-  solution.smallest_pivot = sparse.factors.smallest_pivot();
+  for (Eigen::Index i = 0; i < Q.size(); ++i) solution.qddot[i] += Q[i];
+  Eigen::VectorXd lambda = constraint_acceleration(scene, q, qdot, zeros<Eigen::VectorXd>(q.size()), t, z);
+  for (Eigen::Index i = 0; i < lambda.size(); ++i) lambda[i] = -lambda[i];
+  if (!sparse.factors->solve(sparse.J, solution.qddot, lambda)) return false;
+  solution.lambda = lambda;
+  solution.rank = sparse.factors->rank();
+  solution.smallest_pivot = sparse.factors->smallest_pivot();
   return true;
 }
 
@@ -78,7 +80,7 @@ template <class Sc>
 class SparseGeometry final : public ConstraintGeometry {
  public:
   /// @param traced  equations that a run has traced, or nothing
-  SparseGeometry(const Sc& scene, const SceneRows& rows, double t, double cutoff, TracedConstraints<>* traced)
+  SparseGeometry(const Sc& scene, const SceneRows& rows, double t, double cutoff, TracedConstraints* traced)
       : scene_(scene), rows_(rows), t_(t), cutoff_(cutoff), given_(traced) {}
 
   void move_to(const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const VectorXd* kept) override {
@@ -99,8 +101,8 @@ class SparseGeometry final : public ConstraintGeometry {
 
   VectorXd displacement(const VectorXd& r) override {
     if (dense_) return dense_->displacement(r);
-    VectorXd step = VectorXd::Zero(size()), wanted = r;
-    if (traced_ ? traced_->displacement(wanted.data(), step.data()) : sparse_->factors.solve(sparse_->J, step, wanted)) return step;
+    VectorXd step = zeros<VectorXd>(size()), wanted = r;
+    if (traced_ ? traced_->displacement(wanted.data(), step.data()) : sparse_->factors->solve(sparse_->J, step, wanted)) return step;
     make_dense();
     return dense_->displacement(r);
   }
@@ -108,18 +110,18 @@ class SparseGeometry final : public ConstraintGeometry {
     if (!dense_) {
       BandedMatrix metric(size.size(), 0);
       for (Eigen::Index j = 0; j < size.size(); ++j) metric(j, j) = 1.0 / (size[j] * size[j]);
-      VectorXd step = VectorXd::Zero(size.size()), multipliers = r;
-      SparseFactors factors;
+      VectorXd step = zeros<VectorXd>(size.size()), multipliers = r;
+      const std::unique_ptr<SparseFactors> factors = sparse_factors();
       // Newton's iteration corrects what rows that depend on others leave over.
-      if (factors.compute(metric, jacobian(), massless_pivot, clearly_independent * cutoff_ * cutoff_, redundant_pivot) &&
-          factors.solve(jacobian(), step, multipliers, false))
+      if (factors->compute(metric, jacobian(), massless_pivot, clearly_independent * cutoff_ * cutoff_, redundant_pivot) &&
+          factors->solve(jacobian(), step, multipliers, false))
         return step;
       make_dense();
     }
     return dense_->displacement(r, size);
   }
 
-  Eigen::Index rank() const override { return dense_ ? dense_->rank() : traced_ ? static_cast<Eigen::Index>(traced_->rank()) : sparse_->factors.rank(); }
+  Eigen::Index rank() const override { return dense_ ? dense_->rank() : traced_ ? static_cast<Eigen::Index>(traced_->rank()) : sparse_->factors->rank(); }
   bool has_dependent_rows() const override {
     if (dense_) return dense_->has_dependent_rows();
     Eigen::Index asked = 0;
@@ -147,7 +149,7 @@ class SparseGeometry final : public ConstraintGeometry {
 
   [[gnu::cold]] void make_dense() {
     const SparseRows& rows = jacobian();
-    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), size());
+    Eigen::MatrixXd J = zeros<Eigen::MatrixXd>(static_cast<Eigen::Index>(rows.size()), size());
     for (std::size_t i = 0; i < rows.size(); ++i)
       for (const auto* e = rows.begin(i); e != rows.end(i); ++e) J(static_cast<Eigen::Index>(i), e->column) = e->value;
     dense_ = dense_geometry(rows_, t_, cutoff_, (traced_ ? traced_->mass() : sparse_->M).dense(), std::move(J));
@@ -158,8 +160,8 @@ class SparseGeometry final : public ConstraintGeometry {
   const Sc& scene_;
   const SceneRows& rows_;
   double t_, cutoff_;
-  TracedConstraints<>* given_;
-  TracedConstraints<>* traced_ = nullptr;        // one of these three, if the geometry is somewhere
+  TracedConstraints* given_;
+  TracedConstraints* traced_ = nullptr;        // one of these three, if the geometry is somewhere
   std::optional<SparseSystem> sparse_;
   std::unique_ptr<ConstraintGeometry> dense_;
 };
@@ -167,7 +169,7 @@ class SparseGeometry final : public ConstraintGeometry {
 /// Displacements of a scene, which the geometry refers to as to its rows; `traced` as above.
 template <class Sc>
 std::unique_ptr<ConstraintGeometry> constraint_geometry([[maybe_unused]] const Sc& scene, const SceneRows& rows, double t, double cutoff,
-                                                        [[maybe_unused]] TracedConstraints<>* traced = nullptr) {
+                                                        [[maybe_unused]] TracedConstraints* traced = nullptr) {
   if constexpr (may_be_sparse<Sc>) return std::make_unique<SparseGeometry<Sc>>(scene, rows, t, cutoff, traced);
   else return dense_geometry(rows, t, cutoff);
 }
@@ -181,14 +183,15 @@ template <class Sys, class... Effects>
 Conditioning conditioning(const Scene<Sys, Effects...>& scene, const Eigen::VectorXd& y, double t) {
   using Sc = Scene<Sys, Effects...>;
   const Eigen::Index dof = scene.dof();
-  const Eigen::VectorXd q = y.head(dof), qdot = y.segment(dof, dof), z = y.tail(y.size() - 2 * dof);
+  const Eigen::VectorXd q = detail::vector_at<Dynamic>(y.data(), dof), qdot = detail::vector_at<Dynamic>(y.data() + dof, dof),
+                        z = detail::vector_at<Dynamic>(y.data() + 2 * dof, y.size() - 2 * dof);
   if constexpr (detail::may_be_sparse<Sc>) {
     constexpr Eigen::Index most_dense = 128;
     constexpr double dependent = detail::clearly_independent * default_rank_cutoff * default_rank_cutoff;
     detail::SparseSystem sparse;
     if (dof > most_dense &&
-        (sparse.compute(scene, q, qdot, t, EffectStates<Sc>(z), default_rank_cutoff) || sparse.factors.smallest_pivot() <= dependent))
-      return {.mass = 1.0, .constraints = std::max(0.0, sparse.factors.smallest_pivot()), .weakest_constraint = sparse.factors.weakest_constraint()};
+        (sparse.compute(scene, q, qdot, t, EffectStates<Sc>(z), default_rank_cutoff) || sparse.factors->smallest_pivot() <= dependent))
+      return {.mass = 1.0, .constraints = std::max(0.0, sparse.factors->smallest_pivot()), .weakest_constraint = sparse.factors->weakest_constraint()};
   }
   return detail::dense_conditioning(detail::SceneRowsOf<Sc>(scene), t, q, qdot, z);
 }

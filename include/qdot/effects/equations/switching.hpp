@@ -35,7 +35,7 @@ template <class Sc>
 void write_guards(const Sc& scene, double t, const Vector<double, Sc::dof_at_compile_time>& q, const Vector<double, Sc::dof_at_compile_time>& qdot,
                   const EffectStates<Sc>& z, Eigen::Ref<Eigen::VectorXd> out) {
   using Rows = Vector<double, Sc::constraints_at_compile_time>;
-  Rows lambda = Rows::Zero();
+  Rows lambda = zeros<Rows>(Sc::constraints_at_compile_time);
   SharedForces shared;
   bool active = false;
   for_each_switching(scene, [&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index) { active = active || e.is_active(z[zi]); });

@@ -127,7 +127,7 @@ auto jacobian_rows(const Effect& e, const Vector<S, n>& q, const Vector<S, n>& q
   } else {
     return jacobian(marked<SlopeOfRows>([&](const auto& v) {
       using D = typename std::remove_cvref_t<decltype(v)>::Scalar;
-      const auto rows = as_rows(e.velocity_constraint(Vector<D, n>(q.template cast<D>()), v, D(t)));
+      const auto rows = as_rows(e.velocity_constraint(converted<D>(q), v, D(t)));
       require_rows(e, rows, counted, t);
       return rows;
     }), qdot);
@@ -162,7 +162,7 @@ auto stacked_rows(const Sc& scene, [[maybe_unused]] const S& t, const Phases& z,
     });
     return all;
   } else {
-    Vector<S, m> all = Vector<S, m>::Zero();
+    Vector<S, m> all = zeros<Vector<S, m>>(m);
     Eigen::Index first = 0;
     for_each_constraint(scene, z, [&](const auto& e, bool active) {
       constexpr int rows = constraint_rows_of<std::remove_cvref_t<decltype(e)>, n>();
@@ -265,7 +265,7 @@ template <class Sys, class... Effects, class S, int n, class Phases = detail::No
 auto constraint_rows(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t,
                      const Phases& z = {}) {
   constexpr int m = Scene<Sys, Effects...>::constraints_at_compile_time;
-  const Vector<S, n> free = Vector<S, n>::Zero(q.size());
+  const Vector<S, n> free = detail::zeros<Vector<S, n>>(q.size());
   return ConstraintRows<S, n, m>{constraint_jacobian(scene, q, qdot, t, z), -constraint_acceleration(scene, q, qdot, free, t, z),
                                  constraint_velocity(scene, q, qdot, t, z)};
 }

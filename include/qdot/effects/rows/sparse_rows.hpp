@@ -102,11 +102,11 @@ struct SparseRows {
 
 // J of a scene's constraints, empty rows for those that are not active; false when a number of rows is not what the scene has counted, or a
 // derivative is not finite.
-template <class Sc, class Phases>
+template <class Sc, class Phases, class Number = double>  // a type that depends on nothing would be compiled in each program
 bool write_sparse_rows(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, SparseRows& J) {
-  using S = Reverse<double>;
+  using S = Reverse<Number>;
   const Eigen::Index n = q.size();
-  Tape<double> tape(n);  // of q or q̇
+  Tape<Number> tape(n);  // of q or q̇
   SweepOfRows sweep(tape);
   Vector<S, Dynamic> x(n), v(0);
   J.entries.clear();

@@ -15,7 +15,6 @@
 //
 // A budget that is spent inside a step leaves the state of the last good one. The clock is read only where a time was given.
 
-#include <chrono>
 #include <cmath>
 
 #include "qdot/integrate/options.hpp"
@@ -23,13 +22,17 @@
 
 namespace qdot::detail {
 
+/// Seconds of a clock that is never set.
+template <class = void>
+double seconds_of_steady_clock();
+
 /// Evaluations and seconds that a run may take, from the moment this is made.
 class Budget {
  public:
   explicit Budget(const Options& options)
       : evaluations_(options.max_evaluations), seconds_(options.max_wall_seconds), timed_(std::isfinite(options.max_wall_seconds)) {}
 
-  double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - began_).count(); }
+  double seconds() const { return seconds_of_steady_clock() - began_; }
 
   /// True when nothing may be evaluated any more.
   bool is_spent(long evaluations) const { return evaluations >= evaluations_ || (timed_ && seconds() >= seconds_); }
@@ -45,7 +48,15 @@ class Budget {
   long evaluations_;
   double seconds_;
   bool timed_;
-  std::chrono::steady_clock::time_point began_ = std::chrono::steady_clock::now();
+  double began_ = seconds_of_steady_clock();
 };
 
 }  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template double seconds_of_steady_clock<void>();
+}  // namespace qdot::detail
+#else
+#include "qdot/integrate/steps/watch_budget.ipp"
+#endif
