@@ -4,7 +4,7 @@
 //
 // Headers declare these with `extern template` where QDOT_COMPILED is defined, which the CMake target does. Without it every program compiles them for itself.
 #include <qdot/ad/formula/lines.hpp>
-#include <qdot/ad/native/native_lines.hpp>
+#include <qdot/ad/native/line_evaluator.hpp>
 #include <qdot/ad/formula/recording.hpp>
 #include <qdot/ad/series/sweep.hpp>
 #include <qdot/integrate/automatic.hpp>

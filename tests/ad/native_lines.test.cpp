@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/ad/native/native_lines.hpp"
+#include "qdot/ad/native/line_evaluator.ipp"
 
 #include <sys/resource.h>
 #include <sys/wait.h>

@@ -7,7 +7,7 @@
 #include "bench/chain_energies.hpp"
 #include "catch2_bridge.hpp"
 #include "qdot/ad/formula/lines.hpp"
-#include "qdot/ad/native/native_lines.hpp"
+#include "qdot/ad/native/line_evaluator.ipp"
 #include "qdot/mechanics/first_order_form.hpp"
 
 using namespace qdot;

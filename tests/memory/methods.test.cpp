@@ -33,7 +33,7 @@ void check(const Form& form, const State<2>& start, Stepper stepper) {
       }
     }
   };
-  for (long k = 0; k < formula::LineEvaluator::begin_after; ++k) form.derivative(0.0, y, out);  // lines become machine code (ad/native/native_lines.hpp)
+  for (long k = 0; k < formula::LineEvaluator::begin_after; ++k) form.derivative(0.0, y, out);  // lines become machine code (ad/native/line_evaluator.ipp)
   for (int k = 0; k < 6; ++k) there_and_back();
   const long before = memory::allocations;
   there_and_back();

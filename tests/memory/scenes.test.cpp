@@ -45,7 +45,7 @@ long allocated_by(const Method& method, double t_end) {
 }  // namespace
 
 TEMPLATE_TEST_CASE("what a run on constraints with watched events allocates does not grow with its steps", "", Dop853, CvodeBdf) {
-  // They do it once, after some hundred evaluations (ad/native/native_lines.hpp), of a Jacobian later.
+  // They do it once, after some hundred evaluations (ad/native/line_evaluator.ipp), of a Jacobian later.
   constexpr double while_lines_become_code = std::is_same_v<TestType, CvodeBdf> ? 320.0 : 80.0;
   const long once = allocated_by(TestType{}, while_lines_become_code);  // the first run may set up what stays
   (void)once;

@@ -33,7 +33,7 @@
 //
 // Of what simulate() keeps, only the state and the last advance's events remain, in memory that the constructor took: an advance that completes
 // allocates nothing, for sizes fixed while compiling, but where an event or a contact does something, and once where derived equations become
-// machine code (ad/native/native_lines.hpp). Options are those of a run and count for each advance: max_steps, max_evaluations and max_wall_seconds
+// machine code (ad/native/line_evaluator.ipp). Options are those of a run and count for each advance: max_steps, max_evaluations and max_wall_seconds
 // bound the work of one call (asked for after each step), and its outcome has a name.
 //
 // To go on by dt a million times adds a million roundings to t; advance_to(k dt) does not.

@@ -4,7 +4,7 @@
 // written_out<n>(T, V), which does nothing any more.
 //
 // It had the compiler run T and V and derive the equations of motion. Every system records T and V when the equations are first asked for, derives them
-// from that, and turns them into machine code where they are asked for often (mechanics/derive/kept_lines.hpp, ad/native/native_lines.hpp). So the word is
+// from that, and turns them into machine code where they are asked for often (mechanics/derive/kept_lines.hpp, ad/native/line_evaluator.ipp). So the word is
 // accepted and has no effect.
 
 #include <utility>

@@ -15,7 +15,7 @@
 // many lines as one mass has operations. Where places do not step on evenly, or factors differ, a run has a list of them.
 //
 // Products are not fused with sums, whatever the compiler may do elsewhere (-mfma, -march=native, AArch64). So results are the same to the bit with all
-// options, and by machine code (ad/native/native_lines.hpp).
+// options, and by machine code (ad/native/line_evaluator.ipp).
 
 #include <cmath>
 #include <cstddef>
@@ -42,7 +42,7 @@ struct Line {
   std::uint32_t d = 0, e = 0;
 };
 
-/// After how many evaluations lines become machine code (ad/native/native_lines.hpp), of single numbers and of lanes; 0 for never.
+/// After how many evaluations lines become machine code (ad/native/line_evaluator.ipp), of single numbers and of lanes; 0 for never.
 struct MachineCodeBegins {
   long alone = 500, in_lanes = 64;
 };

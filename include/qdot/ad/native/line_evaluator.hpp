@@ -4,7 +4,7 @@
 // Lines that are carried out many times.
 //
 // LineEvaluator carries a table of lines out on numbers. The first evaluations are the interpreter's (ad/formula/lines.hpp). What is evaluated
-// more often is worth being translated to machine code (ad/native/native_lines.hpp): that takes as long as some hundred evaluations, and an evaluation
+// more often is worth being translated to machine code (ad/native/line_evaluator.ipp): that takes as long as some hundred evaluations, and an evaluation
 // takes half of the time then. Results have the same bits. Where there is no machine code, the interpreter goes on by itself.
 
 #include <atomic>
@@ -140,5 +140,5 @@ extern template void LineEvaluator::translate<double>(Code&) const;
 extern template void LineEvaluator::mark_read_by<double>(const LineEvaluator&);
 }  // namespace qdot::formula
 #else
-#include "qdot/ad/native/native_lines.hpp"
+#include "qdot/ad/native/line_evaluator.ipp"
 #endif

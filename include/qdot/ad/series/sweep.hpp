@@ -36,7 +36,7 @@
 //
 // Ends are lines (ad/formula/lines.hpp) on one array of numbers: k, the factors, the interiors, the variables' coefficients, and what follows from
 // them. There is one table before the late variables are known, in which they are zero and left out, and one after. Both become machine code
-// when they have been carried out often enough (ad/native/native_lines.hpp).
+// when they have been carried out often enough (ad/native/line_evaluator.ipp).
 
 #include <array>
 #include <cmath>

@@ -4,7 +4,7 @@
 // Equations that are derived once and kept.
 //
 // T and V are recorded and M and r derived as lines; of four coordinates that takes some 20 µs, of eight 60, of 32 some 800. Slopes, derived when they
-// are first asked for, take 50 and 200 µs. Lines that are evaluated often become machine code (ad/native/native_lines.hpp).
+// are first asked for, take 50 and 200 µs. Lines that are evaluated often become machine code (ad/native/line_evaluator.ipp).
 //
 // Outside of runs each evaluation checks that the functors are those that were derived (mechanics/derive/derivation.hpp). So
 // `acceleration(system, q, qdot)` in a user's own loop costs its lines and a hash of T and V, and never uses what a functor was before. A system keeps 16

@@ -7,7 +7,7 @@
 //     and of J and γ,    J M⁻¹ Jᵀ λ = γ − J M⁻¹ r,  q̈ = M⁻¹ r + M⁻¹ Jᵀ λ        where there are constraints
 //
 // Sines and cosines of all angles come in one call, in lanes, what is zero or constant is left out, and nothing is handed from one function to the next. After
-// some hundred evaluations there is machine code (ad/native/native_lines.hpp), with the same bits. An evaluation has its numbers on the stack, so threads do
+// some hundred evaluations there is machine code (ad/native/line_evaluator.ipp), with the same bits. An evaluation has its numbers on the stack, so threads do
 // not wait for each other.
 //
 // The guards of a branch are results, too: where one has another sign, other lines are looked for, or made.

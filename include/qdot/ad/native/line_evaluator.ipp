@@ -7,7 +7,7 @@
 // refuses such pages, on other processors than x86-64 and AArch64, where a table is longer than longest_native_lines, where the environment has
 // QDOT_NATIVE=0, and where a first trial shows that the two would differ (a compiler that fuses products and sums though it is told not to).
 //
-// Programs that link qdot::compiled do not read this header: the library has it.
+// Programs that link qdot::compiled do not read this file: the library has it.
 
 #include <bit>
 #include <cstddef>
