@@ -22,7 +22,7 @@
 #include <qdot/integrate/taylor.hpp>
 #include <qdot/integrate/watch/diagnosis.hpp>
 #include <qdot/integrate/watch/watch.hpp>
-#include <qdot/mechanics/derive/derived_line_writer.hpp>
+#include <qdot/mechanics/derive/derivation.hpp>
 #include <qdot/mechanics/derive/jacobian_lines.hpp>
 #include <qdot/mechanics/derive/kept_derivations.hpp>
 #include <qdot/mechanics/derive/kept_lines.hpp>

@@ -11,7 +11,7 @@
 #include "catch2_bridge.hpp"
 #include "mechanics/many_functions.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
-#include "qdot/mechanics/derive/derived_line_writer.hpp"
+#include "qdot/mechanics/derive/derivation.ipp"
 #include "qdot/mechanics/derive/lines.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
 

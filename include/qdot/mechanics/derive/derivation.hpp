@@ -22,7 +22,7 @@
 namespace qdot::detail {
 
 template <class Coefficient>
-class DerivedLineWriter;  // mechanics/derive/derived_line_writer.hpp has it
+class DerivedLineWriter;  // mechanics/derive/derivation.ipp has it
 
 // What was recorded, T, V and perhaps forces, what has been derived of it, and its lines; of a branch the guards that tell it from others, too.
 template <class Number = double>
@@ -123,5 +123,5 @@ extern template struct Derivation<double>;
 extern template class BasicKeptDerivation<double>;
 }  // namespace qdot::detail
 #else
-#include "qdot/mechanics/derive/derived_line_writer.hpp"
+#include "qdot/mechanics/derive/derivation.ipp"
 #endif

@@ -4,7 +4,7 @@
 // Lagrange's equations derived when a program runs, and carried out line by line.
 //
 // T and V of an object are recorded (mechanics/derive/recorded_energies.hpp) and differentiated as they are written
-// (mechanics/derive/derived_line_writer.hpp). What comes out is a table of lines (ad/formula/lines.hpp), first those of M and r, then those
+// (mechanics/derive/derivation.ipp). What comes out is a table of lines (ad/formula/lines.hpp), first those of M and r, then those
 // of ∂(r − M a)/∂(q, q̇).
 //
 // Who has such lines hands M and r on as every way to them does (mechanics/mass_and_rhs.hpp).

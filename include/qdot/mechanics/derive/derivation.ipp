@@ -6,7 +6,7 @@
 // Graphs are differentiated (mechanics/derive/derivatives_of_graph.hpp), and what M and r need is written as lines, with the elimination of M where it has
 // few rows (mechanics/derive/solution_lines.hpp), with the numbers that must be in the domain of a function, and with the guards of a branch.
 //
-// Programs that link qdot::compiled do not read this header: the library has it.
+// Programs that link qdot::compiled do not read this file: the library has it.
 
 #include <algorithm>
 #include <array>
