@@ -24,7 +24,6 @@
 #include <qdot/integrate/watch/watch.hpp>
 #include <qdot/mechanics/derive/derivation.hpp>
 #include <qdot/mechanics/derive/jacobian_lines.hpp>
-#include <qdot/mechanics/derive/kept_derivations.hpp>
 #include <qdot/mechanics/derive/kept_lines.hpp>
 #include <qdot/mechanics/derive/traced_lines.hpp>
 #include <qdot/mechanics/derive/traced_motion.hpp>

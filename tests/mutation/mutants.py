@@ -264,7 +264,7 @@ OPTIMIZED = [
     (ME + "/derive/lines.hpp", "domains not looked at", "good &= formula::is_in(c.domain, x[c.number]);", ";", "mechanics/lines"),
     (ME + "/derive/lines.hpp", "the time: zero", "x[2 * n] = t;", "x[2 * n] = 0.0;", "mechanics/lines"),
     (ME + "/derive/lines.hpp", "right side of the accelerations of slopes: zero", "a[i] = x[right[static_cast<std::size_t>(i)]];", "a[i] = 0.0;", "mechanics/lines"),
-    (ME + "/derive/kept_derivations.hpp", "runs share any branch", "it.holds_at(at) && it.is_of(functors)", "it.is_of(functors)", "mechanics/kept_lines"),
+    (ME + "/derive/kept_lines.ipp", "runs share any branch", "it.holds_at(at) && it.is_of(functors)", "it.is_of(functors)", "mechanics/kept_lines"),
     (AD + "/formula/hashed.hpp", "constants are not hashed", "std::bit_cast<std::uint64_t>(static_cast<double>(constant))", "std::uint64_t(0)", "mechanics/kept_lines"),
     (AD + "/formula/hashed.hpp", "what is compared is not hashed", "c.hash = mixed(kind, c.hash, of_two(6, x, y).bits_);", ";", "mechanics/kept_lines"),
     (ME + "/derive/lines.hpp", "guards not looked at", "good &= s.side.has(x[s.number]);", ";", "mechanics/kept_lines"),

@@ -248,5 +248,5 @@ extern template std::shared_ptr<DerivedOnce> derived_once<void>(const std::share
 extern template std::string way_of_lines<void>(bool, By, bool);
 }  // namespace qdot::detail
 #else
-#include "qdot/mechanics/derive/kept_derivations.hpp"
+#include "qdot/mechanics/derive/kept_lines.ipp"
 #endif

@@ -3,7 +3,7 @@
 //
 // Derivations that are made where they are missing, and found again: the work of mechanics/derive/kept_lines.hpp.
 //
-// Programs that link qdot::compiled do not read this header: the library has it.
+// Programs that link qdot::compiled do not read this file: the library has it.
 
 #include <algorithm>
 #include <atomic>
