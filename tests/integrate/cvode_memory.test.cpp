@@ -88,7 +88,7 @@ TEST_CASE("nor does one that is made for T and V, whatever its order") {
         }
       }
     };
-    for (int k = 0; k < 12; ++k) there_and_back();  // by then lines are made, if they pay, and machine code (mechanics/derive/solved_rates.hpp)
+    for (int k = 0; k < 12; ++k) there_and_back();  // by then lines are made, if they pay, and machine code (mechanics/derive/kept_rates.ipp)
     const long before = allocations;
     there_and_back();
     REQUIRE(allocations == before);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Accelerations of a run by lines that end with them, beside those by dual numbers; and what is left to other ways.
-#include "qdot/mechanics/derive/solved_rates.hpp"
+#include "qdot/mechanics/derive/kept_rates.ipp"
 
 #include <algorithm>
 #include <cmath>

@@ -314,7 +314,7 @@ OPTIMIZED = [
     (AD + "/formula/hashed.hpp", "whether numbers are equal is not asked", "return answer(x, y, 11) != 0.0;", "return (*(x.comparisons_ ? x.comparisons_ : y.comparisons_)).next++ > 9000;", "mechanics/kept_rates"),
     (EF + "/equations/recordable_scene.hpp", "forces are not hashed", "join(all, effect_forces(scene, m.q, m.qdot, z, m.t));", ";", "mechanics/kept_rates"),
     (EF + "/equations/recordable_scene.hpp", "constraints are not hashed", "join(all, as_rows(e.phi(m.q, m.t)));", ";", "mechanics/kept_rates"),
-    (ME + "/derive/solved_rates.hpp", "rates by lines: functors that read values", "if (branches.read_values || !branches.undecided.empty()) return nullptr;", ";", "mechanics/solved_rates"),
+    (ME + "/derive/kept_rates.ipp", "rates by lines: functors that read values", "if (branches.read_values || !branches.undecided.empty()) return nullptr;", ";", "mechanics/solved_rates"),
     (ME + "/derive/traced_motion.hpp", "rates by lines: one branch for another", "all &= side.has(numbers[side.node]);", ";", "mechanics/solved_rates"),
     (ME + "/derive/solution_lines.hpp", "constraints: what moves without them is left", "gamma[k] = gamma[k] == none ? numbers.negative_product(j, a) : numbers.less_product(gamma[k], j, a);", ";", "mechanics/solved_rates"),
     (ME + "/derive/solution_lines.hpp", "constraints: multipliers of one row for all", "add(found.x[i], ways[k * n + i], lambda[k]);", "add(found.x[i], ways[k * n + i], lambda[0]);", "mechanics/solved_rates"),

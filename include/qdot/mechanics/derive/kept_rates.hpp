@@ -3,7 +3,7 @@
 //
 // Lines of q̈, of rates and of multipliers that are derived once and kept.
 //
-// T, V and the effects of a form are recorded together, and M q̈ = r + Jᵀλ, J q̈ = γ is eliminated in their lines (mechanics/derive/solved_rates.hpp).
+// T, V and the effects of a form are recorded together, and M q̈ = r + Jᵀλ, J q̈ = γ is eliminated in their lines (mechanics/derive/kept_rates.ipp).
 // That takes some tens of microseconds. What has been derived is kept with the system, for all its copies and scenes.
 //
 // Lines are those of one combination of phases, of one branch of functors that compare numbers, and of the numbers that functors have captured.
@@ -70,7 +70,7 @@ class AnyRates {
 };
 
 template <class Number>
-class BasicSolvedRates;  // mechanics/derive/solved_rates.hpp has it
+class BasicSolvedRates;  // mechanics/derive/kept_rates.ipp has it
 using SolvedRates = BasicSolvedRates<double>;
 /// Whether lines are machine code by now.
 template <class = void>
@@ -186,5 +186,5 @@ extern template SharedRates& made_rates<void>(SharedDerivations&);
 extern template bool are_native<void>(const AnyRates&);
 }  // namespace qdot::detail
 #else
-#include "qdot/mechanics/derive/solved_rates.hpp"
+#include "qdot/mechanics/derive/kept_rates.ipp"
 #endif

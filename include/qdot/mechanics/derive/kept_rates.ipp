@@ -12,7 +12,7 @@
 //
 // The guards of a branch are results, too: where one has another sign, other lines are looked for, or made.
 //
-// Programs that link qdot::compiled do not read this header: the library has it.
+// Programs that link qdot::compiled do not read this file: the library has it.
 
 #include <algorithm>
 #include <atomic>
