@@ -27,7 +27,7 @@
 #include <qdot/mechanics/derive/kept_lines.hpp>
 #include <qdot/mechanics/derive/traced_lines.hpp>
 #include <qdot/mechanics/derive/traced_motion.hpp>
-#include <qdot/mechanics/derive/tracing.hpp>
+#include <qdot/mechanics/derive/traced_equations.hpp>
 #include <qdot/mechanics/equations/minimum_degree.hpp>
 #include <qdot/mechanics/equations_of_motion.hpp>
 

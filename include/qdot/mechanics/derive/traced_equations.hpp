@@ -128,5 +128,5 @@ extern template void TracedEquations<double>::derive(bool, const std::vector<cha
 extern template TracedEquations<double>::Slopes TracedEquations<double>::slopes();
 }  // namespace qdot::detail
 #else
-#include "qdot/mechanics/derive/tracing.hpp"
+#include "qdot/mechanics/derive/traced_equations.ipp"
 #endif

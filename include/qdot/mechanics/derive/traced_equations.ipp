@@ -6,7 +6,7 @@
 // Each row of M and J is a gradient of a node that depends on few variables (ad/formula/local_gradient.hpp), and the velocity terms of all rows
 // come of one walk through the graph (mechanics/derive/coriolis_terms.hpp).
 //
-// Programs that link qdot::compiled do not read this header: the library has it.
+// Programs that link qdot::compiled do not read this file: the library has it.
 
 #include <cstddef>
 #include <utility>
