@@ -28,7 +28,7 @@
 #include <qdot/mechanics/derive/traced_lines.hpp>
 #include <qdot/mechanics/derive/traced_motion.hpp>
 #include <qdot/mechanics/derive/traced_equations.hpp>
-#include <qdot/mechanics/equations/minimum_degree.hpp>
+#include <qdot/mechanics/equations/sparse_factors.hpp>
 #include <qdot/mechanics/equations_of_motion.hpp>
 
 namespace qdot::taylor {

@@ -5,7 +5,7 @@
 //
 // Bodies in a row meet their neighbours, and rows of L kept from their first entry on (a skyline; where all rows are short, a band of known width:
 // narrow_band.hpp) have hardly more entries than the matrix: elimination is a few multiplications and a division for each row. Where that
-// would be wide, as in a net, the unknowns are put in an order that keeps L sparse (minimum_degree.hpp), and rows of L are found one
+// would be wide, as in a net, the unknowns are put in an order that keeps L sparse (sparse_factors.ipp), and rows of L are found one
 // after the other along the elimination tree: row k is other than zero where the tree leads to from the entries of row k of the matrix (T.
 // A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, chapter 4). All of L is stored by columns.
 //
@@ -327,5 +327,5 @@ namespace qdot::detail {
 extern template void PatternFactors<double>::order(const std::vector<int>&, const std::vector<int>&);
 }  // namespace qdot::detail
 #else
-#include "qdot/mechanics/equations/minimum_degree.hpp"
+#include "qdot/mechanics/equations/sparse_factors.ipp"
 #endif

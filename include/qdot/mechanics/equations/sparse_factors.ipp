@@ -4,7 +4,7 @@
 // An order of the unknowns that keeps the factors of a symmetric matrix sparse: Eigen's approximate minimum degree.
 //
 // It is apart from sparse_factors.hpp because Eigen's sparse matrices take longer to read than the factors themselves. Programs that link qdot::compiled
-// do not read this header: the library has it.
+// do not read this file: the library has it.
 
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
