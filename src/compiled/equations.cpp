@@ -25,9 +25,9 @@
 #include <qdot/mechanics/derive/derivation.hpp>
 #include <qdot/mechanics/derive/jacobian_lines.hpp>
 #include <qdot/mechanics/derive/kept_lines.hpp>
-#include <qdot/mechanics/derive/traced_lines.hpp>
-#include <qdot/mechanics/derive/traced_motion.hpp>
+#include <qdot/mechanics/derive/kept_motion.hpp>
 #include <qdot/mechanics/derive/traced_equations.hpp>
+#include <qdot/mechanics/derive/traced_motion.hpp>
 #include <qdot/mechanics/equations/sparse_factors.hpp>
 #include <qdot/mechanics/equations_of_motion.hpp>
 

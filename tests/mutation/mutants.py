@@ -240,7 +240,7 @@ OPTIMIZED = [
     (ME + "/derive/free_turns.hpp", "free turns: rows of constraints as they were", "e.J[k + turn.own(graph_, u)] = row[u];", ";", "mechanics/free_turns"),
     (ME + "/derive/free_turns.hpp", "decided unknowns: whatever else is in the row", "(j == c || e.J[k * n + j] < 0)", "true", "mechanics/free_turns"),
     (ME + "/derive/free_turns.hpp", "decided unknowns: in other rows, too", "!is_alone || acts_elsewhere(e, c, k)", "!is_alone", "mechanics/free_turns"),
-    (ME + "/derive/traced_lines.hpp", "free turns: at poles of angles", "e.requirements.push_back({turn.turning->regular, formula::Domain::positive, regular_turning});", ";", "mechanics/free_turns"),
+    (ME + "/derive/traced_motion.ipp", "free turns: at poles of angles", "e.requirements.push_back({turn.turning->regular, formula::Domain::positive, regular_turning});", ";", "mechanics/free_turns"),
     (ME + "/derive/coriolis_terms.hpp", "velocities of places are not known", "rate <= last", "false", "mechanics/kept_lines"),
     (ME + "/derive/coriolis_terms.hpp", "whatever is unknown is a velocity of a place", "is_rate_of_position[at(x)] != 0", "true", "mechanics/lines"),
     (ME + "/derive/coriolis_terms.hpp", "any velocity is the rate of any node", "rates_.of(phi) == y", "true", "mechanics/lines"),

@@ -16,31 +16,11 @@
 #include <vector>
 
 #include "qdot/mechanics/derive/recordable_form.hpp"
+#include "qdot/mechanics/derive/traced.hpp"
 
 namespace qdot::detail {
 
-/// What was traced from functors.
-struct Traced {
-  Traced() = default;
-  Traced(const Traced&) = default;
-  Traced& operator=(const Traced&) = default;
-  virtual ~Traced() = default;
-  /// Whether there are equations to go through.
-  virtual bool is_known() const = 0;
-  virtual std::unique_ptr<Traced> copy() const = 0;
-  /// Whether the functors are what was traced.
-  virtual bool still_holds(const RecordableForm& form) = 0;
-};
-
-/// q̈ and ż of n coordinates that are known at run time (mechanics/derive/traced_motion.hpp).
-struct TracedRates : Traced {
-  /// q̈, and ż where there are states; false where the general way must see to it.
-  virtual bool write(const double* q, const double* qdot, double t, const double* z, double* a, double* zdot) = 0;
-  virtual bool mass_is_constant() const = 0;
-  virtual bool are_native() const = 0;  // by machine code
-  virtual bool are_long() const = 0;    // too long for it
-};
-/// Those of a form without constraints.
+/// The rates of a form without constraints.
 template <class = void>
 std::unique_ptr<TracedRates> traced_rates(const RecordableForm& form);
 
@@ -176,5 +156,5 @@ extern template std::unique_ptr<TracedRates> traced_rates<void>(const Recordable
 extern template std::shared_ptr<TracedEquations<double>> recorded_equations<void>(const RecordableForm&);
 }  // namespace qdot::detail
 #else
-#include "qdot/mechanics/derive/traced_motion.hpp"
+#include "qdot/mechanics/derive/kept_motion.ipp"
 #endif

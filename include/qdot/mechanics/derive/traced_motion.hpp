@@ -24,8 +24,8 @@
 #include <vector>
 
 #include "qdot/ad/native/line_evaluator.hpp"
-#include "qdot/mechanics/derive/kept_motion.hpp"
 #include "qdot/mechanics/derive/recordable_form.hpp"
+#include "qdot/mechanics/derive/traced.hpp"
 #include "qdot/mechanics/derive/traced_equations.hpp"
 #include "qdot/mechanics/equations/solve.hpp"
 #include "qdot/mechanics/equations/sparse_factors.hpp"
@@ -249,16 +249,6 @@ class TracedMotion final : public TracedRates {
   return e;
 }
 
-template <class>
-[[gnu::cold]] std::unique_ptr<TracedRates> traced_rates(const RecordableForm& form) {
-  return std::make_unique<TracedMotion<>>(traced_equations(form));
-}
-
-template <class>
-[[gnu::cold]] std::shared_ptr<TracedEquations<double>> recorded_equations(const RecordableForm& form) {
-  return std::make_shared<TracedEquations<double>>(traced_equations(form));
-}
-
 }  // namespace qdot::detail
 
 #ifdef QDOT_COMPILED
@@ -273,5 +263,5 @@ extern template TracedLines<double>::Solved TracedLines<double>::solved_projecti
 extern template TracedMotion<double>::TracedMotion(TracedEquations<double>);
 }  // namespace qdot::detail
 #else
-#include "qdot/mechanics/derive/traced_lines.hpp"
+#include "qdot/mechanics/derive/traced_motion.ipp"
 #endif

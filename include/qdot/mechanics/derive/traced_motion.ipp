@@ -3,7 +3,7 @@
 //
 // From sparse equations to lines: the work of TracedLines and TracedMotion (mechanics/derive/traced_motion.hpp).
 //
-// Programs that link qdot::compiled do not read this header: the library has it.
+// Programs that link qdot::compiled do not read this file: the library has it.
 
 #include <array>
 #include <cstddef>
