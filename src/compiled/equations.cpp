@@ -23,10 +23,11 @@
 #include <qdot/integrate/watch/diagnosis.hpp>
 #include <qdot/integrate/watch/watch.hpp>
 #include <qdot/mechanics/derive/derivation.hpp>
-#include <qdot/mechanics/derive/jacobian_lines.hpp>
+#include <qdot/mechanics/derive/kept_equations.hpp>
 #include <qdot/mechanics/derive/kept_lines.hpp>
 #include <qdot/mechanics/derive/kept_motion.hpp>
 #include <qdot/mechanics/derive/traced_equations.hpp>
+#include <qdot/mechanics/derive/traced_jacobian.hpp>
 #include <qdot/mechanics/derive/traced_motion.hpp>
 #include <qdot/mechanics/equations/sparse_factors.hpp>
 #include <qdot/mechanics/equations_of_motion.hpp>

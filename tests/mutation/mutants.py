@@ -302,7 +302,7 @@ OPTIMIZED = [
     (ME + "/derive/traced_motion.hpp", "the time: zero", "*to++ = t;", "*to++ = 0.0;", "effects/traced_motion"),
     (ME + "/derive/traced_motion.hpp", "M not solved with", "factors_->solve(a);", ";", "effects/traced_motion"),
     (ME + "/derive/kept_motion.hpp", "phases: the first recording for all", "if (std::ranges::equal(one.phases, phases)) return &one;", "return &one;", "effects/switching_jacobian"),
-    (ME + "/derive/jacobian_lines.hpp", "blocks of columns: the first for all", "places += 4 * n;", ";", "effects/switching_jacobian"),
+    (ME + "/derive/traced_jacobian.ipp", "blocks of columns: the first for all", "places += 4 * n;", ";", "effects/switching_jacobian"),
     (ME + "/derive/traced_motion.hpp", "solutions by lines: pivots not looked at", "good &= numbers[pivot] > limits.singular * numbers[whole];", ";", "mechanics/solved_rates"),
     (ME + "/derive/traced_motion.hpp", "solutions by lines: pivots of constraints not looked at", "good &= numbers[pivot] > limits.dependent * numbers[whole];", ";", "effects/projection_lines"),
     (ME + "/derive/kept_rates.hpp", "rates by lines: one phase for another", "if (phases_[k] != phases[k]) return false;", ";", "mechanics/kept_rates"),

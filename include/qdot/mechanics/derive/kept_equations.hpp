@@ -152,5 +152,5 @@ extern template std::unique_ptr<AnyJacobians> traced_jacobians<4>();
 extern template std::unique_ptr<AnyJacobians> traced_jacobians<Eigen::Dynamic>();
 }  // namespace qdot::detail
 #else
-#include "qdot/mechanics/derive/traced_jacobian.hpp"
+#include "qdot/mechanics/derive/kept_equations.ipp"
 #endif

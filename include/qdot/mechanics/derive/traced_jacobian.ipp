@@ -5,7 +5,7 @@
 //
 // With constraints, or many coordinates, there are two tables: M, r, J and γ come first, and with their solution, q̈ and λ, the right sides of the columns.
 //
-// Programs that link qdot::compiled do not read this header: the library has it.
+// Programs that link qdot::compiled do not read this file: the library has it.
 
 #include <algorithm>
 #include <cstddef>
