@@ -21,7 +21,7 @@
 #include <qdot/integrate/steps/watch_budget.hpp>
 #include <qdot/integrate/taylor.hpp>
 #include <qdot/integrate/watch/diagnosis.hpp>
-#include <qdot/integrate/watch/watch.hpp>
+#include <qdot/integrate/watch/any_watch.hpp>
 #include <qdot/mechanics/derive/derivation.hpp>
 #include <qdot/mechanics/derive/kept_equations.hpp>
 #include <qdot/mechanics/derive/kept_lines.hpp>

@@ -138,7 +138,7 @@ TEST_CASE("statistics count what the model saw") {
   const auto run = simulate(system, FirstOrderState{0.0, test::vector({2.0, 0.0})}, 2.0, CvodeBdf{});
   const qdot::Statistics& s = run.statistics;
   REQUIRE(s.method == "cvode_bdf");
-  const long looks = system.evaluations() - s.evaluations;  // of the watchdog come on top (integrate/watch/watch.hpp)
+  const long looks = system.evaluations() - s.evaluations;  // of the watchdog come on top (integrate/watch/any_watch.ipp)
   REQUIRE(looks >= 0);
   REQUIRE(static_cast<double>(looks) < 0.03 * static_cast<double>(s.evaluations));
   REQUIRE(s.steps == static_cast<long>(run.trajectory.steps()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/integrate/watch/watch.hpp"
+#include "qdot/integrate/watch/any_watch.ipp"
 
 #include <cmath>
 #include <limits>

@@ -79,7 +79,7 @@ struct Options {
   double state_norm_limit = std::numeric_limits<double>::infinity();  ///< largest |yᵢ|; a guard against finite nonsense
   double rcond_limit = 1e-13;             ///< least rcond(M), below which accelerations have three digits left; 0: never ends a run
   double constraint_rcond_limit = 0.0;    ///< the same of J M⁻¹ Jᵀ; 0, because dependent constraints are allowed
-  double energy_drift_limit = 1e3;        ///< times what the tolerances allow, of a conserved energy (integrate/watch/watch.hpp); infinity: never
+  double energy_drift_limit = 1e3;        ///< times what the tolerances allow, of a conserved energy (integrate/watch/any_watch.ipp); infinity: never
   std::vector<double> stop_times = {};    ///< switching times: landed on exactly, and the method starts afresh there
   std::vector<double> output_times = {};  ///< times at which Run::samples is filled, in the direction of the run
   By by = By::fastest;                    ///< how T and V are evaluated; as the system has it where that is left out (mechanics/by.hpp)

@@ -36,7 +36,7 @@ struct Statistics {
   long projections = 0;             ///< states put back onto constraints
   double constraint_residual = 0.0; ///< largest |φ| after a projection
   double constraint_velocity = 0.0; ///< largest |φ̇| or |a| after a projection
-  double mass_rcond = 1.0;          ///< least rcond(M) that was seen (integrate/watch/watch.hpp); 1 where nobody looked
+  double mass_rcond = 1.0;          ///< least rcond(M) that was seen (integrate/watch/any_watch.ipp); 1 where nobody looked
   double mass_rcond_time = 0.0;     ///< when
   double constraint_rcond = 1.0;    ///< least rcond of J M⁻¹ Jᵀ that was seen; below 1e-10 constraints depend on each other
   double constraint_rcond_time = 0.0;  ///< when

@@ -189,7 +189,7 @@ class Driver {
     return end_explained(stepper_.failure());
   }
 
-  // Looks at the state now and then, and always where something may change (integrate/watch/watch.hpp). Before the observer, who may change it.
+  // Looks at the state now and then, and always where something may change (integrate/watch/any_watch.ipp). Before the observer, who may change it.
   bool watched(double landing) {
     if (!watchdog_->is_due(std::abs(reached() - elapsed_)) && stepper_.t() != landing) return true;
     projected_ = stepper_.y();

@@ -3,7 +3,7 @@
 //
 // The watchdog of a run, as its loop sees it.
 //
-// A watchdog (integrate/watch/watch.hpp) looks at T, V and effects besides the steps: which numbers they must have, what they ask of the time, whether M
+// A watchdog (integrate/watch/any_watch.ipp) looks at T, V and effects besides the steps: which numbers they must have, what they ask of the time, whether M
 // loses its inertia. It is compiled once, and so is the loop that holds it. If what is run has more components than the form that is watched, they stand
 // behind those and are not looked at.
 
@@ -65,7 +65,7 @@ class AnyWatch {
   virtual void report(Statistics& statistics) const = 0;
 };
 
-/// A watchdog (integrate/watch/watch.hpp).
+/// A watchdog (integrate/watch/any_watch.ipp).
 ///
 /// @tparam takes_time  T, V or effects take the time; otherwise no watch of it is compiled
 template <bool takes_time>
@@ -87,5 +87,5 @@ extern template std::unique_ptr<AnyWatch> watchdog<false>(std::unique_ptr<const 
 extern template std::unique_ptr<AnyWatch> watchdog<true>(std::unique_ptr<const WatchedForm>, const Options&);
 }  // namespace qdot::detail
 #else
-#include "qdot/integrate/watch/watch.hpp"
+#include "qdot/integrate/watch/any_watch.ipp"
 #endif

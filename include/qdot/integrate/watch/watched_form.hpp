@@ -3,7 +3,7 @@
 //
 // What a watchdog asks of a first-order form, by calls.
 //
-// A watchdog (integrate/watch/watch.hpp) compares numbers: energies, the pivots of M, f as it is and as it was, guards of branches and of the time. Only
+// A watchdog (integrate/watch/any_watch.ipp) compares numbers: energies, the pivots of M, f as it is and as it was, guards of branches and of the time. Only
 // the numbers depend on the types of T, V and effects. So WatchedForm has a virtual function for each, WatchedFormOf answers from a form, and whatever
 // is done with the answers is compiled once. All are asked now and then, not in each evaluation.
 

@@ -28,6 +28,8 @@
 // are rarer, n²/64 to n²/8 steps apart, where n counts to 128. They are not counted as evaluations.
 // For a double pendulum they cost about one percent of the time with Dopri5 and BDF, and half a percent with Dop853 and Taylor
 // (half of what was measured with a look at every 32nd step).
+//
+// This is the work of any_watch.hpp. Programs that link qdot::compiled do not read it: the library has it.
 
 #include <Eigen/Core>
 #include <algorithm>
