@@ -13,15 +13,14 @@
 #include <qdot/integrate/driver/ending.hpp>
 #include <qdot/integrate/driver/event_clocks.hpp>
 #include <qdot/integrate/driver/event_finder.hpp>
-#include <qdot/integrate/driver/stretched_run.hpp>
 #include <qdot/integrate/options.hpp>
 #include <qdot/integrate/runge_kutta.hpp>
 #include <qdot/integrate/steps/recorded_motion.hpp>
 #include <qdot/integrate/steps/spectral_radius.hpp>
 #include <qdot/integrate/steps/watch_budget.hpp>
 #include <qdot/integrate/taylor.hpp>
-#include <qdot/integrate/watch/diagnosis.hpp>
 #include <qdot/integrate/watch/any_watch.hpp>
+#include <qdot/integrate/watch/diagnosis.hpp>
 #include <qdot/mechanics/derive/derivation.hpp>
 #include <qdot/mechanics/derive/kept_equations.hpp>
 #include <qdot/mechanics/derive/kept_lines.hpp>

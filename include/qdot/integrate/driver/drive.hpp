@@ -54,6 +54,5 @@ extern template std::unique_ptr<StretchedRun> stretched_run<true>(Run<>&, const 
                                                                   std::vector<ListedEvent>);
 }  // namespace qdot::detail
 #else
-#include "qdot/integrate/driver/driver.hpp"
-#include "qdot/integrate/driver/stretched_run.hpp"
+#include "qdot/integrate/driver/drive.ipp"
 #endif

@@ -391,10 +391,4 @@ class Driver {
   double seen_ = std::numeric_limits<double>::quiet_NaN();
 };
 
-template <bool watches, bool is_observed>
-void drive(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
-           std::vector<ListedEvent> events, double t0, const Eigen::VectorXd& y0, double t_end) {
-  Driver<watches, is_observed>(run, system, std::move(stepper), options, budget, onlooker, std::move(events)).run(t0, y0, t_end);
-}
-
 }  // namespace qdot::detail

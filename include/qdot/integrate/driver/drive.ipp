@@ -1,7 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A run in stretches, behind virtual functions: what a simulator keeps of the driver.
+// The functions of drive.hpp: a run, and a run in stretches, behind virtual functions, which is what a simulator keeps of the driver. A program that links
+// qdot::compiled has them from there.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -13,6 +14,12 @@
 #include "qdot/integrate/driver/driver.hpp"
 
 namespace qdot::detail {
+
+template <bool watches, bool is_observed>
+void drive(Run<>& run, const DrivenForm& system, AnyStepper stepper, const Options& options, const Budget& budget, Onlooker onlooker,
+           std::vector<ListedEvent> events, double t0, const Eigen::VectorXd& y0, double t_end) {
+  Driver<watches, is_observed>(run, system, std::move(stepper), options, budget, onlooker, std::move(events)).run(t0, y0, t_end);
+}
 
 template <bool watches>
 struct StretchedRunOf final : StretchedRun {
