@@ -4,7 +4,7 @@
 #define QDOT_COMPILED
 #include <qdot/integrate/driver/any_form_of.hpp>
 #include <qdot/integrate/driver/engine.hpp>
-#include <qdot/integrate/driver/run_of_form.hpp>
+#include <qdot/integrate/driver/run_of_energies.ipp>
 
 namespace qdot::detail {
 template struct RunOfEnergies<1, false>;

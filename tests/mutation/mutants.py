@@ -121,7 +121,7 @@ MUTANTS = [
      "std::abs(to_ - *watches_[i].root) < std::abs(to_ - firing->elapsed)", "integrate/event"),
     (IN + "/energy_balance.hpp", "work: factor 1/2 dropped", "0.5 * (step.t() - *t_)", "(step.t() - *t_)", "integrate/energy_balance"),
     (ME + "/derive/any_energies.hpp", "hidden energies: T of velocities alone counts as one of q", "kinetic_signature<E, n>() != KineticSignature::velocity", "true", "integrate/run_of_energies"),
-    (IN + "/driver/run_of_energies.hpp", "hidden runs: a start without velocities for one of all components", "return {false, start.q.data(), start.q.size(), start.qdot.data(), start.qdot.size()};", "return {start.qdot.size() == 0, start.q.data(), start.q.size(), start.qdot.data(), start.qdot.size()};", "integrate/run_of_energies"),
+    (IN + "/driver/run_request.hpp", "hidden runs: a start without velocities for one of all components", "return {false, start.q.data(), start.q.size(), start.qdot.data(), start.qdot.size()};", "return {start.qdot.size() == 0, start.q.data(), start.q.size(), start.qdot.data(), start.qdot.size()};", "integrate/run_of_energies"),
     (IN + "/driver/run_of_form.hpp", "hidden runs: coordinates for velocities", "std::copy_n(start.qdot, n, std::copy_n(start.q, n, y.data()));", "std::copy_n(start.q, n, std::copy_n(start.q, n, y.data()));", "integrate/run_of_energies"),
 ]
 

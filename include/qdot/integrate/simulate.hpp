@@ -22,6 +22,7 @@
 #include "qdot/integrate/driver/drive.hpp"
 #include "qdot/integrate/driver/run_of_energies.hpp"
 #include "qdot/integrate/driver/run_of_form.hpp"
+#include "qdot/integrate/driver/run_request.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/run.hpp"

@@ -8,6 +8,7 @@
 
 #include "qdot/integrate/driver/engine.hpp"
 #include "qdot/integrate/driver/run_of_form.hpp"
+#include "qdot/integrate/driver/run_request.hpp"
 #include "qdot/integrate/watch/any_form.hpp"
 #include "qdot/integrate/steps/taylor_equations.hpp"
 #include "qdot/integrate/watch/driven_form_of.hpp"

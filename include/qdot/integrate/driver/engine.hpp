@@ -19,6 +19,7 @@
 #include "qdot/integrate/driver/drive.hpp"
 #include "qdot/integrate/driver/run_of_energies.hpp"
 #include "qdot/integrate/driver/run_of_form.hpp"
+#include "qdot/integrate/driver/run_request.hpp"
 #include "qdot/integrate/watch/driven_form_of.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
 

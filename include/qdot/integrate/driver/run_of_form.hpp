@@ -10,10 +10,13 @@
 #include <utility>
 
 #include "qdot/error.hpp"
-#include "qdot/integrate/driver/run_of_energies.hpp"
+#include "qdot/integrate/driver/run_request.hpp"
+#include "qdot/integrate/run.hpp"
 #include "qdot/integrate/watch/driven_form_of.hpp"
+#include "qdot/mechanics/derive/any_energies.hpp"
 #include "qdot/mechanics/equations/entries.hpp"
 #include "qdot/mechanics/first_order_form.hpp"
+#include "qdot/mechanics/system.hpp"
 
 namespace qdot::detail {
 
@@ -69,11 +72,6 @@ Run<n> run_by(const Method& method, AnyEnergies<n, timed> energies, const System
   using Sys = System<AnyEnergies<n, timed>, n>;
   return run_of<n>(run_of_form(form_by(Sys(std::move(energies), parts), request.options.by), stepper_by<FirstOrderForm<Sys>>(method),
                                packed_numbers(start, n), request));
-}
-template <int n, bool timed>
-Run<n> RunOfEnergies<n, timed>::by(const MethodOfRates& method, AnyEnergies<n, timed> energies, const SystemParts& parts, const StartNumbers& start,
-                                   const RunRequest& request) {
-  return run_by(method, std::move(energies), parts, start, request);
 }
 
 }  // namespace qdot::detail
