@@ -29,7 +29,7 @@ MUTANTS = [
     (AD + "/forward/transcendental.hpp", "atan2: sign", "S(-y.value / r / r)", "S(y.value / r / r)", "ad/dual_math"),
     (AD + "/forward/transcendental.hpp", "erfc: sign in the exponent", "S(-slope * exp(-x.value * x.value))",
      "S(-slope * exp(x.value * x.value))", "ad/dual_math"),
-    (AD + "/series/sweep_ends.hpp", "series of a power: factor", "early.combination(s.c + 1.0,", "early.combination(s.c,", "ad/taylor"),
+    (AD + "/series/sweep.ipp", "series of a power: factor", "early.combination(s.c + 1.0,", "early.combination(s.c,", "ad/taylor"),
     (AD + "/series/sweep.hpp", "series of a quotient: sign", "factor[1] = -at(s.slot) * factor[0];",
      "factor[1] = at(s.slot) * factor[0];", "ad/taylor"),
 

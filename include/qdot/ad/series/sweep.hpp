@@ -50,32 +50,9 @@
 #include "qdot/ad/formula/lines.hpp"
 #include "qdot/ad/native/line_evaluator.hpp"
 #include "qdot/ad/series/interiors.hpp"
+#include "qdot/ad/series/sweep_outputs.hpp"
 
 namespace qdot::taylor {
-
-// The formulas that are swept.
-using formula::Function, formula::Graph, formula::Kind, formula::Line, formula::Node, formula::value_of;
-
-/// How an order of the variables follows from the one before: x_k = τ/k · (rate of x)_{k−1}, and late ones v from M₀ v_k = τ/k · F_{k−1} − p_k.
-///
-/// With rows c_k = 0, whose derivative with v is W, also their multipliers: M₀ v_k − W₀ᵀ μ = τ/k · (F + Σ_{j≥1} W_jᵀ λ_{k−1−j}) − p_k, W₀ v_k = −c_k,
-/// μ = τ/k · λ_{k−1}; p_k and c_k are made with v_k = 0.
-struct Recurrence {
-  std::vector<int> variables = {}, rates = {};               ///< nodes
-  std::vector<int> late = {}, forces = {}, momenta = {};     ///< nodes of v, F and p
-  std::vector<int> mass = {};                                ///< of the lower triangle of M, row by row
-  std::vector<int> rows = {}, jacobian = {};                 ///< of c, and of W row by row
-  int time = -1;                                             ///< a variable whose rate is one
-};
-
-/// What a sweep computes.
-struct SweepOutputs {
-  std::vector<int> early;    ///< nodes needed before the late variables' coefficient is known
-  std::vector<int> series;   ///< nodes needed after
-  std::vector<int> values;   ///< nodes needed at order 0 only
-  std::vector<int> late;     ///< variables whose coefficient is known late
-  Recurrence recurrence = {};  ///< empty where the caller sets the variables
-};
 
 /// A graph compiled for computing with power series up to a highest order.
 ///
@@ -240,14 +217,10 @@ class Sweep {
   int final_lane(int lane) const;
   void take_recurrence(const Graph& graph, const Recurrence& recurrence);
   void place_lanes();
-  struct Solution {
-    std::vector<Number> late, multipliers;
-  };
-  Solution solution(class LineList& lines, std::vector<Number> v, std::vector<Number> mu) const;
   static constexpr std::size_t triangle(std::size_t n) { return n * (n + 1) / 2; }
   void write_ends(const std::vector<End>& ends, const std::vector<char>& is_late, const std::vector<char>& is_read, Number next);
   Number after_inputs(const std::vector<char>& is_late, Number next);
-  std::vector<Number> finished_interiors(LineList& early) const;
+  std::vector<Number> finished_interiors(class LineList& early) const;
   using EndTerm = std::pair<int, Number>;  // which of an end's terms, and its coefficient
   std::vector<EndTerm> terms_in(const std::vector<Number>& number, const End& end, const std::vector<char>& is_constant) const;
   Number end_sum(LineList& lines, const End& end, const std::vector<EndTerm>& terms, const std::vector<Number>& interior) const;
@@ -315,4 +288,4 @@ extern template void complete<double>(Sweep&, int);
 
 }  // namespace qdot::taylor
 
-#include "qdot/ad/series/sweep_compile.hpp"
+#include "qdot/ad/series/sweep.ipp"

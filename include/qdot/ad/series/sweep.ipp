@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The ends of a sweep as two tables of lines.
+// How a sweep (ad/series/sweep.hpp) is made of a graph: where series live, which lanes interiors have, and the ends as two tables of lines.
 //
 //     early     what interiors of quotients, powers and functions are, then coefficients k where late variables have none
 //     late      coefficients k of what depends on late variables, and copies of the rates for the next order
@@ -11,108 +11,201 @@
 //
 // In the early table a late variable is zero, and what is zero is left out. So a node that depends on late variables has two numbers, one of each table;
 // other nodes have one.
-//
-// Included by ad/series/sweep.hpp.
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <tuple>
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/formula/in_order.hpp"
 #include "qdot/ad/native/straight_lines.hpp"
+#include "qdot/ad/series/late_solution.hpp"
+#include "qdot/ad/series/line_list.hpp"
 #include "qdot/ad/series/sweep.hpp"
+#include "qdot/ad/series/sweep_outputs.hpp"
+#include "qdot/ad/series/swept_nodes.hpp"
 
 namespace qdot::taylor {
 
-/// Lines whose results are numbered as they are added.
-class LineList {
- public:
-  LineList(std::uint32_t& next, std::size_t expected) : next_(next) { table_.lines.reserve(expected); }
+[[gnu::cold]] inline void Sweep::compile(Graph& graph, const SweepOutputs& outputs) {
+  const SweptNodes nodes(graph, outputs);
+  const std::vector<int>& order = nodes.order;
+  slot_of_.assign(nodes.need.size(), -1);
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    slot_of_[index(order[i])] = static_cast<int>(i);
+    if (nodes.need[index(order[i])] == SweptNodes::Need::series) series_count_ = static_cast<int>(i) + 1;
+  }
+  values_.assign(order.size(), 0.0);
+  auto next_factor = static_cast<int>(first_factor);
+  std::vector<End> made;
+  for (const int w : order) add_node(nodes, w, next_factor, made);
+  take_recurrence(graph, outputs.recurrence);
+  place_lanes();
+  for (End& each : made) each.lane = final_lane(each.lane);
+  formula::put_in_order(made, [](const End& x, const End& y) { return x.depth < y.depth; }); // so that arguments come first
+  std::vector<char> late_slots(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) late_slots[i] = nodes.is_late[index(order[i])];
+  std::vector<char> read_slots(order.size());
+  for (const auto* list : {&outputs.early, &outputs.series, &outputs.late})
+    for (const int node : *list) read_slots[index(slot(node))] = 1;
+  write_ends(made, late_slots, read_slots, static_cast<Number>(next_factor));
+  // Values that no series needs may be arguments of nothing but values: along the graph, whatever the slots. Within a depth
+  // those of one kind follow each other, which processors foresee.
+  const auto place = [&](const Formula& s) { return std::tuple(nodes.depth[index(order[index(s.slot)])], s.kind, s.function, s.count); };
+  formula::put_in_order(formulas_, [&](const Formula& x, const Formula& y) { return place(x) < place(y); });
+  for (const Formula& s : formulas_)
+    if (s.slot < series_count_ && s.kind != Kind::affine) series_.push_back(s);
+  pair_sines_with_cosines();
+}
 
-  std::uint32_t add(Line line) {
-    line.to = next_++;
-    table_.lines.push_back(line);
-    return line.to;
+// Adds the formula of a node with its terms, and its end where it has a series.
+[[gnu::cold]] inline void Sweep::add_node(const SweptNodes& nodes, int w, int& next_factor, std::vector<End>& made) {
+  const Node& node = nodes.graph()[w];
+  Formula s{.kind = node.kind, .function = node.function, .slot = slot(w), .c = node.c};
+  if (node.kind == Kind::variable) variables_.push_back(s.slot);
+  if (node.kind == Kind::constant) {
+    values_[index(s.slot)] = node.c;
+    constants_.push_back(s.slot);
   }
-  std::uint32_t product(std::uint32_t a, std::uint32_t b) { return add({.operation = Line::Operation::product, .a = a, .b = b}); }
-  std::uint32_t sum(std::uint32_t a, std::uint32_t b) { return add({.operation = Line::Operation::sum, .a = a, .b = b}); }
-  /// ca·a + cb·b; −0 adds nothing.
-  std::uint32_t combination(double ca, std::uint32_t a, double cb, std::uint32_t b) {
-    if (ca == 1.0 && cb == 1.0) return sum(a, b);
-    return add({.operation = Line::Operation::combination, .a = a, .b = b, .ca = ca, .cb = cb, .c = -0.0});
+  if (node.kind == Kind::variable || node.kind == Kind::constant) return;
+  s.first = static_cast<int>(terms_.size());
+  if (node.kind == Kind::affine) {
+    add_affine_terms(nodes, w, s);
+  } else {
+    add_arguments(nodes, w, s);
+    s.factor = std::exchange(next_factor, next_factor + 2);
   }
-  std::uint32_t scaled(double ca, std::uint32_t a) { return add({.operation = Line::Operation::scaled, .a = a, .ca = ca, .c = -0.0}); }
-  std::uint32_t product_sum(std::uint32_t a, std::uint32_t b, std::uint32_t d) {
-    return add({.operation = Line::Operation::product_sum, .a = a, .b = b, .d = d});
-  }
-  std::uint32_t difference(std::uint32_t a, std::uint32_t b) { return add({.operation = Line::Operation::difference, .a = a, .b = b}); }
-  std::uint32_t quotient(std::uint32_t a, std::uint32_t b) { return add({.operation = Line::Operation::quotient, .a = a, .b = b}); }
-  std::uint32_t less_product(std::uint32_t a, std::uint32_t b, std::uint32_t d) {
-    return add({.operation = Line::Operation::less_product, .a = a, .b = b, .d = d});
-  }
-  void copy(std::uint32_t a, std::uint32_t to) {
-    table_.lines.push_back({.operation = Line::Operation::scaled, .to = to, .a = a, .ca = 1.0, .c = -0.0});
-  }
-  formula::LineTable finished() {
-    table_.lines.push_back({});
-    return std::move(table_);
-  }
+  s.count = static_cast<int>(terms_.size()) - s.first;
+  formulas_.push_back(s);
+  if (nodes.need[index(w)] != SweptNodes::Need::series) return;
+  const bool late = nodes.is_late[index(w)];
+  made.push_back({s.slot, add_interior(s), s.first, s.count, s.factor, nodes.depth[index(w)], !late || nodes.is_early[index(w)],
+                  late && nodes.lasts[index(w)]});
+}
 
- private:
-  std::uint32_t& next_;
-  formula::LineTable table_;
-};
-
-// v and mu from the right sides of M v − Wᵀ mu = v, W v = mu.
-[[gnu::cold]] inline Sweep::Solution Sweep::solution(LineList& lines, std::vector<Number> v, std::vector<Number> mu) const {
-  const std::size_t n = v.size(), m = mu.size();
-  const auto place = [](std::size_t i, std::size_t j) { return i * (i + 1) / 2 + j; };
-  // Entries of L, of B and of L' that are not zero for all states: those of M and W, and what elimination fills in.
-  const auto fill_in = [&](std::vector<char>& there, std::size_t size) {
-    for (std::size_t i = 0; i < size; ++i)
-      for (std::size_t j = 0; j <= i; ++j)
-        for (std::size_t k = 0; k < j; ++k)
-          if (there[place(i, k)] && there[place(j, k)]) there[place(i, j)] = 1;
-  };
-  std::vector<char> in_L(triangle(n)), in_B(m * n), in_S(triangle(m));
-  for (std::size_t i = 0; i < in_L.size(); ++i) in_L[i] = recurrence_.mass[i] >= 0;
-  fill_in(in_L, n);
-  for (std::size_t r = 0; r < m; ++r)
-    for (std::size_t i = 0; i < n; ++i) {
-      in_B[r * n + i] = recurrence_.jacobian[r * n + i] >= 0;
-      for (std::size_t j = 0; j < i; ++j)
-        if (in_L[place(i, j)] && in_B[r * n + j]) in_B[r * n + i] = 1;
+// Of an affine node and those merged into it, in the order in which their coefficients are known.
+[[gnu::cold]] inline void Sweep::add_affine_terms(const SweptNodes& nodes, int w, Formula& s) {
+  const Graph& graph = nodes.graph();
+  const auto write_out = [&](const auto& self, int x, double factor) -> void {
+    if (x != w && !nodes.merged[index(x)]) {
+      terms_.push_back(slot(x));
+      factors_.push_back(factor);
+      return;
     }
-  for (std::size_t r = 0; r < m; ++r)
-    for (std::size_t l = 0; l <= r; ++l)
-      for (std::size_t i = 0; i < n; ++i)
-        if (in_B[r * n + i] && in_B[l * n + i]) in_S[place(r, l)] = 1;
-  fill_in(in_S, m);
+    if (x != w) s.c += factor * graph[x].c;
+    self(self, graph[x].a, factor * graph[x].ca);
+    if (graph[x].b >= 0) self(self, graph[x].b, factor * graph[x].cb);
+  };
+  write_out(write_out, w, 1.0);
+  for (std::size_t i = index(s.first) + 1; i < terms_.size(); ++i)
+    for (std::size_t j = i; j > index(s.first) && nodes.arrival(terms_[j]) < nodes.arrival(terms_[j - 1]); --j) {
+      std::swap(terms_[j], terms_[j - 1]);
+      std::swap(factors_[j], factors_[j - 1]);
+    }
+}
 
-  const auto forward = [&](std::vector<Number>& x, const std::vector<char>& there, Number factors) {
-    for (std::size_t i = 0; i < x.size(); ++i)
-      for (std::size_t j = 0; j < i; ++j)
-        if (there[place(i, j)]) x[i] = lines.less_product(factors + static_cast<Number>(place(i, j)), x[j], x[i]);
+// Of any other node; factors of its terms are set by start().
+[[gnu::cold]] inline void Sweep::add_arguments(const SweptNodes& nodes, int w, Formula& s) {
+  const Node& node = nodes.graph()[w];
+  const auto add_term = [&](int slot) {
+    terms_.push_back(slot);
+    factors_.push_back(0.0);
   };
-  const auto backward = [&](std::vector<Number>& x, const std::vector<char>& there, Number factors) {
-    for (std::size_t i = 0; i < x.size(); ++i) x[i] = lines.product(factors + static_cast<Number>(place(i, i)), x[i]);
-    for (std::size_t i = x.size(); i-- > 0;)
-      for (std::size_t j = 0; j < i; ++j)
-        if (there[place(i, j)]) x[j] = lines.less_product(factors + static_cast<Number>(place(i, j)), x[i], x[j]);
+  s.a = slot(node.a);
+  if (node.b >= 0) s.b = slot(node.b);
+  if (node.kind == Kind::product && nodes.arrival(s.b) < nodes.arrival(s.a)) std::swap(s.a, s.b);
+  add_term(s.a);
+  if (node.b >= 0 && node.b != node.a) add_term(s.b);
+  if (nodes.slope_a[index(w)] >= 0) s.slope_a = slot(nodes.slope_a[index(w)]);
+  if (nodes.slope_b[index(w)] >= 0) s.slope_b = slot(nodes.slope_b[index(w)]);
+}
+
+// Nodes become slots, or −1 where an entry of M or W is always zero. Multipliers get slots behind those of the nodes.
+inline void Sweep::take_recurrence(const Graph& graph, const Recurrence& recurrence) {
+  recurrence_ = recurrence;
+  for (auto* nodes : {&recurrence_.variables, &recurrence_.rates, &recurrence_.late, &recurrence_.forces, &recurrence_.momenta, &recurrence_.rows})
+    for (int& node : *nodes) node = slot(node);
+  if (recurrence_.time >= 0) recurrence_.time = slot(recurrence_.time);
+  rates_ = recurrence_.rates;
+  rates_.insert(rates_.end(), recurrence_.forces.begin(), recurrence_.forces.end());
+  first_multiplier_ = values_.size();
+  values_.resize(first_multiplier_ + recurrence_.rows.size(), 0.0);
+  for (std::size_t i = 0; i < recurrence_.jacobian.size(); ++i) {
+    const int node = recurrence_.jacobian[i];
+    if (graph[node].kind == Kind::constant) continue;
+    reactions_.push_back({static_cast<int>(plain_.size()), i % recurrence_.late.size()});
+    plain_.push_back({slot(node), static_cast<int>(first_multiplier_ + i / recurrence_.late.size())});
+  }
+  for (auto* nodes : {&recurrence_.mass, &recurrence_.jacobian})
+    for (int& node : *nodes) node = graph.is_constant(node, 0.0) ? -1 : slot(node);
+}
+
+inline void Sweep::pair_sines_with_cosines() {
+  std::vector<Formula*> sines, cosines;
+  for (Formula& s : formulas_) {
+    if (s.kind == Kind::function && s.function == Function::sin) sines.push_back(&s);
+    if (s.kind == Kind::function && s.function == Function::cos) cosines.push_back(&s);
+  }
+  for (Formula* sine : sines)
+    for (Formula* cosine : cosines)
+      if (sine->a == cosine->a) {
+        sine->partner = cosine->slot;
+        cosine->partner = sine->slot;
+      }
+}
+
+// Makes the lanes of a node's interior. Returns the number of its lane: among plain ones as it is, among weighted ones and
+// squares marked, and −1 where there is nothing to sum.
+inline int Sweep::add_interior(const Formula& s) {
+  const auto plain = [&](int left, int right) {
+    plain_.push_back({left, right});
+    return static_cast<int>(plain_.size()) - 1;
   };
-  const Number scaled_B = row_factors_, B = scaled_B + static_cast<Number>(m * n), S = B + static_cast<Number>(m * n);
-  forward(v, in_L, mass_factors_);
-  for (std::size_t r = 0; r < m; ++r)
-    for (std::size_t i = 0; i < n; ++i)
-      if (in_B[r * n + i]) mu[r] = lines.less_product(scaled_B + static_cast<Number>(r * n + i), v[i], mu[r]);
-  forward(mu, in_S, S);
-  backward(mu, in_S, S);
-  for (std::size_t r = 0; r < m; ++r)
-    for (std::size_t i = 0; i < n; ++i)
-      if (in_B[r * n + i]) v[i] = lines.product_sum(B + static_cast<Number>(r * n + i), mu[r], v[i]);
-  backward(v, in_L, mass_factors_);
-  return {std::move(v), std::move(mu)};
+  const auto weighted = [&](int left, int right) {
+    weighted_.push_back({left, right});
+    return static_cast<int>(weighted_.size()) - 1 + weighted_mark;
+  };
+  switch (s.kind) {
+    case Kind::product:
+      if (s.a != s.b) return plain(s.a, s.b);
+      squares_.push_back(s.a);
+      return static_cast<int>(squares_.size()) - 1 + square_mark;
+    case Kind::quotient: {
+      const int lane = plain(s.b, s.slot);
+      quotients_.push_back({s.factor, lane, -1});
+      return lane;
+    }
+    case Kind::power: {
+      const int lane = plain(s.a, s.slot);
+      powers_.push_back({s.factor, lane, weighted(s.a, s.slot), s.c});
+      return lane;
+    }
+    case Kind::function: {
+      const int lane = weighted(s.a, s.slope_a);
+      if (s.b >= 0) second_arguments_.push_back({s.factor, lane, weighted(s.b, s.slope_b)});
+      return lane;
+    }
+    default: return -1;
+  }
+}
+
+// Weighted lanes stand behind the plain ones, squares in rows of their own behind both.
+inline int Sweep::final_lane(int lane) const {
+  if (lane < 0) return -1;
+  if (lane >= square_mark) return lane - square_mark + static_cast<int>(rounded_to_row(plain_.size() + weighted_.size()));
+  if (lane >= weighted_mark) return lane - weighted_mark + static_cast<int>(plain_.size());
+  return lane;
+}
+
+// Lanes, now that all are known.
+inline void Sweep::place_lanes() {
+  for (auto* list : {&quotients_, &powers_, &second_arguments_})
+    for (Interior& each : *list) {
+      each.lane = final_lane(each.lane);
+      each.other = final_lane(each.other);
+    }
 }
 
 // @param is_late, is_read  of slots: depends on late variables, is asked for by the caller
@@ -215,7 +308,7 @@ class LineList {
   for (std::size_t i = 0; i < right.size(); ++i)
     if (const Number p = number_[0][index(recurrence_.momenta[i])]; p != zero) right[i] = early.difference(right[i], p);
   for (const int slot : recurrence_.rows) rows.push_back(early.scaled(-1.0, number_[0][index(slot)]));
-  const Solution found = solution(early, std::move(right), std::move(rows));
+  const LateSolution found = late_solution(early, recurrence_, mass_factors_, row_factors_, std::move(right), std::move(rows));
   for (std::size_t i = 0; i < found.late.size(); ++i) number_[1][index(recurrence_.late[i])] = found.late[i];
   for (std::size_t r = 0; r < found.multipliers.size(); ++r)
     number_[1][first_multiplier_ + r] = early.quotient(found.multipliers[r], rate_number);
