@@ -11,7 +11,7 @@
 #include <qdot/effects/rows/bounded_minimum.hpp>
 #include <qdot/effects/rows/constrained_solve.hpp>
 #include <qdot/effects/rows/dependent_rows.hpp>
-#include <qdot/effects/rows/projection_lines.hpp>
+#include <qdot/effects/rows/kept_projection.hpp>
 #include <qdot/effects/rows/sparse_solve.hpp>
 #include <qdot/effects/rows/traced_constraints.hpp>
 #include <qdot/mechanics/equations/limit_of_slopes.hpp>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Projection after the steps of a long run, by lines: where it ends, and what is left to Newton's method with factors.
-#include "qdot/effects/rows/projection_lines.hpp"
+#include "qdot/effects/rows/kept_projection.ipp"
 
 #include <cmath>
 #include <limits>

@@ -6,10 +6,6 @@ import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2] / "include"
-# Circles that are still there.
-EXCEPTED = [
-    {"qdot/effects/rows/kept_projection.hpp", "qdot/effects/rows/projection_lines.hpp"},  # a face with its work, which is a header still
-]
 
 
 def included_by(path, names):
@@ -44,15 +40,11 @@ circles = [[name] + back for name in graph for included in graph[name] if not ar
 trouble, named = False, set()
 for circle in sorted(circles, key=len):
     files = set(circle)
-    if files not in EXCEPTED and not files & named:  # of many circles through one file the shortest says enough
+    if not files & named:  # of many circles through one file the shortest says enough
         named |= files
         print("\n    includes ".join(circle))
         trouble = True
 if trouble:
     print("Put the definitions into a .ipp that its face includes at its end, or the type that both need into a header of its own.")
-for files in EXCEPTED:
-    if not any(set(circle) == files for circle in circles):
-        print(f"{' and '.join(sorted(files))}: no circle any more, and no exception needed")
-        trouble = True
 print(f"{len(paths)} files")
 sys.exit(1 if trouble or not paths else 0)

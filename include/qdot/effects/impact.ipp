@@ -81,7 +81,7 @@ Eigen::VectorXd blow(const Eigen::MatrixXd& A, const Eigen::VectorXd& u, const s
 
 template <class>
 Eigen::VectorXd impulses(const Eigen::MatrixXd& A, Eigen::VectorXd& u, const std::vector<ImpactLaw>& laws,
-                  const Eigen::VectorXd& still) {
+                         const Eigen::VectorXd& still) {
   constexpr int most_blows = 100;
   const Eigen::Index k = u.size();
   Eigen::VectorXd total = Eigen::VectorXd::Zero(k);

@@ -69,7 +69,7 @@ class SceneForm {
     detail::renew_lines(scene_, scene_.system());
   }
 
-  /// Says that a run of this begins, which may be long (effects/rows/projection_lines.hpp).
+  /// Says that a run of this begins, which may be long (effects/rows/kept_projection.ipp).
   void expect_long_run()
     requires has_projection_lines
   {

@@ -166,7 +166,7 @@ class AnySystem {
   void renew() {
     if (auto fresh = hidden_->renewed()) hidden_ = std::move(fresh);
   }
-  /// Says that a run of this begins, which may be long (effects/rows/projection_lines.hpp).
+  /// Says that a run of this begins, which may be long (effects/rows/kept_projection.ipp).
   void expect_long_run() {
     if (auto fresh = hidden_->of_long_run()) hidden_ = std::move(fresh);
   }

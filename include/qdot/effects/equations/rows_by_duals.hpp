@@ -12,7 +12,7 @@
 //     ∂φ̈/∂y   the same with ε_i on q_i, or on both q̇_i       the ε_i ηδ part
 //     ∂J/∂y   q + ε_i, and δ on one component of y           the ε_i δ part
 //
-// So a functor is compiled once for all of it. More is computed than each question needs; runs ask for lines (mechanics/derive/solved_rates.hpp) first.
+// So a functor is compiled once for all of it. More is computed than each question needs; runs ask for lines (mechanics/derive/kept_rates.hpp) first.
 // φ and φ̇ alone, of which there are more, are found by Dual<double, 1>.
 
 #include <Eigen/Core>

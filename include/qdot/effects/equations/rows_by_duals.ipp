@@ -92,7 +92,8 @@ Eigen::VectorXd RowsByDuals<n>::row_accelerations(double t, const Eigen::VectorX
 }
 
 template <int n>
-void RowsByDuals<n>::write_slopes_of_accelerations(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& a, const Eigen::VectorXd& z, Eigen::MatrixXd& dc) const {
+void RowsByDuals<n>::write_slopes_of_accelerations(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& a,
+                                                   const Eigen::VectorXd& z, Eigen::MatrixXd& dc) const {
   const Eigen::Index k = q.size();
   NumbersOfMotion<Number> m(q, qdot, t, &a);
   std::vector<Number> found(part(rows()));
@@ -119,7 +120,8 @@ void RowsByDuals<n>::write_slopes_of_accelerations(double t, const Eigen::Vector
 }
 
 template <int n>
-void RowsByDuals<n>::add_slopes_of_reactions(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& lambda, const Eigen::VectorXd& z, Eigen::MatrixXd& dr) const {
+void RowsByDuals<n>::add_slopes_of_reactions(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& lambda,
+                                             const Eigen::VectorXd& z, Eigen::MatrixXd& dr) const {
   const Eigen::Index k = q.size();
   std::vector<Number> found(part(rows()));
   for (const bool of_positions : {true, false}) {

@@ -47,7 +47,9 @@ class SceneRows {
   virtual ~SceneRows() = default;
   Eigen::Index rows() const { return static_cast<Eigen::Index>(of_positions_.size()); }
   bool is_of_positions(Eigen::Index row) const { return of_positions_[static_cast<std::size_t>(row)] != 0; }  // or else of velocities alone
-  bool has_rows(bool of_positions) const { return std::find(of_positions_.begin(), of_positions_.end(), static_cast<char>(of_positions)) != of_positions_.end(); }
+  bool has_rows(bool of_positions) const {
+    return std::find(of_positions_.begin(), of_positions_.end(), static_cast<char>(of_positions)) != of_positions_.end();
+  }
   bool has_lasting_constraints() const { return has_lasting_constraints_; }
 
   /// The contacts and frictions.

@@ -86,7 +86,7 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
     return {both.M, both.r};
   }
   VectorXd applied_forces([[maybe_unused]] double t, [[maybe_unused]] const VectorXd& q, [[maybe_unused]] const VectorXd& qdot,
-                  [[maybe_unused]] const VectorXd& z) const override {
+                          [[maybe_unused]] const VectorXd& z) const override {
     if constexpr (Sc::has_forces) return effect_forces(scene_, Q(q), Q(qdot), Z(z), t);
     else return {};
   }

@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The projection by lines that a form keeps in a long run. effects/rows/projection_lines.hpp makes it.
+// The projection by lines that a form keeps in a long run. effects/rows/kept_projection.ipp makes it.
 
 #include <memory>
 #include <span>
@@ -31,5 +31,5 @@ namespace qdot::detail {
 extern template std::unique_ptr<AnyProjection> projection_by_lines<void>(const RecordableForm&, std::span<const double>);
 }  // namespace qdot::detail
 #else
-#include "qdot/effects/rows/projection_lines.hpp"
+#include "qdot/effects/rows/kept_projection.ipp"
 #endif
