@@ -5,6 +5,7 @@
 #include <qdot/effects/equations/constraint_geometry.hpp>
 #include <qdot/effects/equations/phases_at_state.hpp>
 #include <qdot/effects/equations/rows_by_duals.hpp>
+#include <qdot/effects/equations/scene_jacobian.hpp>
 #include <qdot/effects/equations/switching.hpp>
 #include <qdot/effects/impact.hpp>
 #include <qdot/effects/projection.hpp>
@@ -32,6 +33,7 @@ template std::vector<double> pivoted_solution<void>(const Eigen::MatrixXd&, cons
 template bool slopes_in_the_limit<void>(const Eigen::VectorXd&, Eigen::Index, Eigen::MatrixXd&,
                                         const std::function<void(const Eigen::VectorXd&, Eigen::MatrixXd&)>&);
 template Eigen::VectorXd impulses<void>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&, const Eigen::VectorXd&);
+template void find_parts<SceneRows>(const SceneRows&, std::vector<SwitchingPart>&);
 template class RowsByDuals<1>;
 template class RowsByDuals<2>;
 template class RowsByDuals<3>;
@@ -49,6 +51,7 @@ template std::unique_ptr<ConstraintGeometry> dense_geometry<void>(const SceneRow
 template std::unique_ptr<ConstraintGeometry> dense_geometry<void>(const SceneRows&, double, double, Eigen::MatrixXd, Eigen::MatrixXd);
 template Conditioning dense_conditioning<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&);
 template ProjectionReport projected<void>(const SceneRows&, ConstraintGeometry&, Eigen::VectorXd&, Eigen::VectorXd&, double, const Eigen::VectorXd&);
+template void write_scene_jacobian<void>(const SceneSlopes&, double, const Eigen::VectorXd&, Eigen::Ref<Eigen::MatrixXd>);
 template std::unique_ptr<SparseFactors> sparse_factors<void>();
 template std::unique_ptr<TracedConstraints> traced_constraints<void>(TracedEquations<double>, double);
 template std::unique_ptr<TracedConstraints> traced_constraints<void>(const RecordableForm&, double);

@@ -39,6 +39,7 @@ template void complete<double>(Sweep&, int);
 }  // namespace qdot::taylor
 
 namespace qdot::formula {
+template class BasicGraph<double>;
 template int variable_in<double>(Recording&, int);
 template int operation_in<double>(Recording&, BinaryOperation, int, int);
 template int function_in<double>(Recording&, Function, int);
@@ -55,6 +56,14 @@ template void LineEvaluator::mark_read_by<double>(const LineEvaluator&);
 }  // namespace qdot::formula
 
 namespace qdot::detail {
+template Run<1> run_of<1>(Run<>&&);
+template Run<2> run_of<2>(Run<>&&);
+template Run<3> run_of<3>(Run<>&&);
+template Run<4> run_of<4>(Run<>&&);
+template Run<5> run_of<5>(Run<>&&);
+template Run<6> run_of<6>(Run<>&&);
+template Run<7> run_of<7>(Run<>&&);
+template Run<8> run_of<8>(Run<>&&);
 template double seconds_of_steady_clock<void>();
 template void require_valid<double>(const Options&, Eigen::Index);
 template std::string explanation<double>(const Probe&, Outcome, const Standstill&);
@@ -113,7 +122,11 @@ template std::string reason<void>(const OutsideOfDomain&);
 template void throw_energy_not_finite<void>(const char*, double, double, const std::string&);
 template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 2>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
                                                                                const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 3>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                               const Options&);
 template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 4>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                               const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 5>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
                                                                                const Options&);
 template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 6>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
                                                                                const Options&);

@@ -2,6 +2,7 @@
 //
 // Bricard's mechanism, benchmark A04 of the library of computational benchmark problems for multibody dynamics: six hinges in a
 // closed spatial loop. The end is computed with 34 digits; EXUDYN approaches it with h².
+#include <Eigen/Geometry>
 #include <array>
 
 #include "hard/motion.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <Eigen/Geometry>
 #include <cmath>
 
 #include "../catch2_bridge.hpp"

@@ -33,7 +33,7 @@ Eigen::MatrixXd jacobian_of(const Form& form, const Eigen::VectorXd& y, double t
 template <class Sc>
 Eigen::MatrixXd reference(const SceneForm<Sc>& form, const Eigen::VectorXd& y, double t = 0.3) {
   Eigen::MatrixXd J(y.size(), y.size());
-  detail::SceneJacobian<Sc>(form.scene(), t, y).write(J);
+  detail::write_scene_jacobian(detail::SceneSlopesOf<Sc>(form.scene()), t, y, J);
   return J;
 }
 double difference(const Eigen::MatrixXd& found, const Eigen::MatrixXd& expected) { return (found - expected).norm() / (1.0 + expected.norm()); }

@@ -142,7 +142,7 @@ double difference_of_jacobians(const Sc& s, const EffectStates<Sc>& z = EffectSt
     const double t = uniform(random);
     Eigen::MatrixXd of_form(y.size(), y.size()), reference(y.size(), y.size());
     form.jacobian(t, y, of_form);
-    detail::SceneJacobian<Sc>(s, t, y).write(reference);
+    detail::write_scene_jacobian(detail::SceneSlopesOf<Sc>(s), t, y, reference);
     worst = std::max(worst, (of_form - reference).norm() / (1.0 + reference.norm()));
   }
   return worst;

@@ -105,9 +105,9 @@ Vector<D, n> converted(const Vector<S, n>& x) {
 }
 
 // The vector of `count` numbers. Of Eigen's map it would be a dozen functions, too.
-template <int n>
-Vector<double, n> vector_at(const double* first, Eigen::Index count) {
-  Vector<double, n> x;
+template <int n, class S = double>
+Vector<S, n> vector_at(const S* first, Eigen::Index count) {
+  Vector<S, n> x;
   x.resize(count);
   std::copy_n(first, count, x.data());
   return x;

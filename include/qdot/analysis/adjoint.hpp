@@ -26,6 +26,7 @@
 #include <utility>
 #include <vector>
 
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/dual.hpp"
 #include "qdot/analysis/sensitivity.hpp"
 #include "qdot/analysis/variations/adjoint_equations.hpp"
@@ -89,16 +90,16 @@ Term term_of(const G& g, Eigen::Index dof, const Eigen::VectorXd& p) {
       using D = Dual<double, 1, AlongColumn>;
       using X = Vector<D, n>;
       using P = Vector<D, Eigen::Dynamic>;
-      constexpr bool by_p = !std::is_invocable_v<const G&, const X&> && !std::is_invocable_v<const G&, const X&, const X&>;
-      constexpr bool by_t = by_p && !std::is_invocable_v<const G&, const X&, const X&, const P&>;
+      constexpr bool by_p = !detail::is_callable<const G&, const X&> && !detail::is_callable<const G&, const X&, const X&>;
+      constexpr bool by_t = by_p && !detail::is_callable<const G&, const X&, const X&, const P&>;
       X q = y.head(dof).template cast<D>(), qdot = y.segment(dof, dof).template cast<D>();
       P parameters = p.head(by_p ? p.size() : 0).template cast<D>();
       D time(t);
       const auto along = [&](D& direction) {
         direction.tangent[0] = 1.0;
         const D value = [&] {
-          if constexpr (std::is_invocable_v<const G&, const X&>) return D(g(q));
-          else if constexpr (std::is_invocable_v<const G&, const X&, const X&>) return D(g(q, qdot));
+          if constexpr (detail::is_callable<const G&, const X&>) return D(g(q));
+          else if constexpr (detail::is_callable<const G&, const X&, const X&>) return D(g(q, qdot));
           else if constexpr (by_t) return D(g(q, qdot, parameters, time));
           else return D(g(q, qdot, parameters));
         }();
@@ -220,7 +221,7 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
 /// @return         outcome, value and gradient; of the motion up to where it came
 /// @throws         as sensitivities()
 template <class System, class Start, class G, class H, class Method, class... Events>
-  requires(!std::is_invocable_v<const System&, const Start&>)
+  requires(!detail::is_callable<const System&, const Start&>)
 auto functional_gradient(const System& system, const Start& start, double t_end, const Functional<G, H>& of, const Method& method,
                          const Options& options = {}, const EventList<Events...>& events = {}) {
   using Form = detail::FormOf<System>;
@@ -233,7 +234,7 @@ auto functional_gradient(const System& system, const Start& start, double t_end,
 /// @param energies_of  p ↦ an object with members T and V, as sensitivities() has it
 /// @param p            parameters
 template <class EnergiesOf, class P, int n, class G, class H, class Method, class... Events>
-  requires std::is_invocable_v<const EnergiesOf&, const P&>
+  requires detail::is_callable<const EnergiesOf&, const P&>
 auto functional_gradient(const EnergiesOf& energies_of, const P& p, const State<n>& start, double t_end, const Functional<G, H>& of, const Method& method,
                          const Options& options = {}, const EventList<Events...>& events = {}) {
   return detail::functional_gradient_of(detail::energies_model<n>(energies_of, p, events), start, events, t_end, method, options, of,
@@ -244,7 +245,7 @@ auto functional_gradient(const EnergiesOf& energies_of, const P& p, const State<
 ///
 /// @param family  p ↦ problem(system or scene, start, events(…)) for a vector p of double
 template <class Family, class P, class G, class H, class Method>
-  requires std::is_invocable_v<const Family&, const P&>
+  requires detail::is_callable<const Family&, const P&>
 auto functional_gradient(const Family& family, const P& p, double t_end, const Functional<G, H>& of, const Method& method, const Options& options = {}) {
   detail::FamilyModel<Family, P> model(family, p);
   const auto nominal = model.nominal;

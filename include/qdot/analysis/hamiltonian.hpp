@@ -24,6 +24,7 @@
 
 #include <Eigen/Core>
 
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/derivatives.hpp"
 #include "qdot/ad/dual.hpp"
 #include "qdot/effects/scene.hpp"
@@ -55,10 +56,10 @@ Vector<double, n> plain_vector(const X& x) {
 // f(q, p, t), or f(q, p).
 template <class S, int n, class F>
 S in_phase_space(const F& f, const Vector<S, n>& q, const Vector<S, n>& p, const S& t) {
-  if constexpr (std::is_invocable_v<const F&, const Vector<S, n>&, const Vector<S, n>&, const S&>) {
+  if constexpr (detail::is_callable<const F&, const Vector<S, n>&, const Vector<S, n>&, const S&>) {
     return S(f(q, p, t));
   } else {
-    static_assert(std::is_invocable_v<const F&, const Vector<S, n>&, const Vector<S, n>&>,
+    static_assert(detail::is_callable<const F&, const Vector<S, n>&, const Vector<S, n>&>,
                   "qdot: a function of phase space must be callable as f(q, p) or f(q, p, t) for every scalar: take `const auto&`");
     return S(f(q, p));
   }

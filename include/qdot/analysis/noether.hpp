@@ -32,6 +32,7 @@
 
 #include <Eigen/Core>
 
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/dual.hpp"
 #include "qdot/analysis/linear/flow.hpp"
 #include "qdot/analysis/symmetry/vanishing.hpp"
@@ -71,10 +72,10 @@ struct SlopeOfFamily {};  // the tag of perturbations of s
 
 template <class S, int n, class Family>
 auto transformed(const Family& family, const S& s, const Vector<S, n>& q, const S& t) {
-  if constexpr (std::is_invocable_v<const Family&, const S&, const Vector<S, n>&, const S&>) {
+  if constexpr (detail::is_callable<const Family&, const S&, const Vector<S, n>&, const S&>) {
     return Vector<S, n>(family(s, q, t));
   } else {
-    static_assert(std::is_invocable_v<const Family&, const S&, const Vector<S, n>&>,
+    static_assert(detail::is_callable<const Family&, const S&, const Vector<S, n>&>,
                   "qdot: a family of transformations must be callable as q'(s, q, t) or q'(s, q) for every scalar, s being one of them: take `const auto&`");
     return Vector<S, n>(family(s, q));
   }
@@ -91,7 +92,7 @@ Vector<S, n> generator(const Family& family, const Vector<S, n>& q, const S& t) 
 
 template <class Gauge, class S, int n>
 S gauge_term(const Gauge& F, const Vector<S, n>& q, const S& t) {
-  if constexpr (std::is_invocable_v<const Gauge&, const Vector<S, n>&, const S&>) {
+  if constexpr (detail::is_callable<const Gauge&, const Vector<S, n>&, const S&>) {
     return S(F(q, t));
   } else {
     return S(F(q));

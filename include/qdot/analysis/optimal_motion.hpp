@@ -35,6 +35,7 @@
 
 #include <Eigen/Core>
 
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/analysis/action.hpp"
 #include "qdot/analysis/optimal/collocation.hpp"
 #include "qdot/analysis/optimal/controlled.hpp"
@@ -114,13 +115,13 @@ struct IntegralCost {
   template <int n, class S, int m>
   S running(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, m>& u, const S& t) const {
     using V = Vector<S, n>;
-    if constexpr (std::is_invocable_v<const Running&, const V&, const V&, const Vector<S, m>&, const S&>) return S(l(q, qdot, u, t));
+    if constexpr (detail::is_callable<const Running&, const V&, const V&, const Vector<S, m>&, const S&>) return S(l(q, qdot, u, t));
     else return S(l(q, qdot, u));
   }
   /// Φ.
   template <int n, class S>
   S at_end(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    if constexpr (std::is_invocable_v<const Final&, const Vector<S, n>&, const Vector<S, n>&, const S&>) return S(phi(q, qdot, t));
+    if constexpr (detail::is_callable<const Final&, const Vector<S, n>&, const Vector<S, n>&, const S&>) return S(phi(q, qdot, t));
     else return S(phi(q, qdot));
   }
 };

@@ -93,7 +93,7 @@ struct PrescribedCoordinate {
   void require_fit(const Vector<S, n>& q) const {
     static_assert(known == Dynamic || n == Dynamic || (known >= 0 && known < n),
                   "qdot: the prescribed coordinate must be one of the system's, counted from 0");
-    detail::require_coordinate("the drive '" + name + "'", coordinate, q.size());
+    detail::require_coordinate(detail::sentence({"the drive '", name, "'"}), coordinate, q.size());
   }
 
   template <class S, int n>

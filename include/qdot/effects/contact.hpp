@@ -76,7 +76,7 @@ struct Contact {
 /// @param gap  a distance, so that λ is a force; any function that is zero at contact and has a gradient there will do
 template <class Gap>
 Contact<Gap> contact(std::string name, Gap gap, ImpactLaw law = {}) {
-  return {name, std::move(gap), law, {name, name + " rests", name + " opens"}};
+  return {name, std::move(gap), law, {name, detail::sentence({name, " rests"}), detail::sentence({name, " opens"})}};
 }
 
 /// The edge of what the model describes: the run ends, stopped_by_event, where φ(q) or φ(q, t) ≥ 0 falls to zero.
@@ -111,9 +111,10 @@ struct RopeSlack {
 template <class P, class A>
 Contact<RopeSlack<P, A>> rope(std::string name, P point, A anchor, double length, ImpactLaw law = {}) {
   if (!(length > 0) || !std::isfinite(length))
-    throw InvalidValue("the length of a rope must be positive, but that of '" + name + "' is " + std::to_string(length) +
-                       "; give it a length");
-  return {name, {std::move(point), std::move(anchor), length}, law, {name + " taut", name + " holds", name + " slack"}};
+    detail::throw_invalid_value({"the length of a rope must be positive, but that of '", name, "' is ", std::to_string(length),
+                                 "; give it a length"});
+  const ContactEvents events{detail::sentence({name, " taut"}), detail::sentence({name, " holds"}), detail::sentence({name, " slack"})};
+  return {name, {std::move(point), std::move(anchor), length}, law, events};
 }
 
 #if defined(__clang__) && defined(__OPTIMIZE__)

@@ -71,11 +71,6 @@ struct ViscousDamping {
     for (Eigen::Index i = 0; i < qdot.size(); ++i) Q[i] = -c[i] * qdot[i];
     return Q;
   }
-  /// Adds ∂Q/∂(q, q̇) to n rows of 2n slopes: −c at each coordinate's own velocity, known without dual numbers.
-  template <class Rows>
-  void add_slopes(Rows&& rows) const {
-    for (Eigen::Index i = 0; i < c.size(); ++i) rows[i][c.size() + i] -= c[i];
-  }
 };
 
 /// Viscous damping with one coefficient for each coordinate, n   [force per velocity].
@@ -88,8 +83,8 @@ auto viscous_damping(const Eigen::MatrixBase<Derived>& c) {
   } else {
     for (Eigen::Index i = 0; i < c.size(); ++i)
       if (!(c[i] >= 0) || !std::isfinite(c[i]))
-        throw InvalidValue("a damping coefficient must be finite and not negative, but coefficient " + std::to_string(i) +
-                           " is " + std::to_string(c[i]) + "; a source of energy is a generalized_force()");
+        detail::throw_invalid_value({"a damping coefficient must be finite and not negative, but coefficient ", std::to_string(i), " is ",
+                                     std::to_string(c[i]), "; a source of energy is a generalized_force()"});
     return ViscousDamping<n>{c};
   }
 }
@@ -124,8 +119,8 @@ struct RegularizedFriction {
 /// @throws InvalidValue  unless F ≥ 0 and v0 > 0; from scene(), when the system has no such coordinate
 inline RegularizedFriction regularized_friction(Eigen::Index coordinate, double F, double v0) {
   if (!(F >= 0) || !(v0 > 0))
-    throw InvalidValue("regularized friction needs F >= 0 and v0 > 0, but F = " + std::to_string(F) +
-                       " and v0 = " + std::to_string(v0) + "; v0 is the velocity below which friction fades");
+    detail::throw_invalid_value({"regularized friction needs F >= 0 and v0 > 0, but F = ", std::to_string(F), " and v0 = ", std::to_string(v0),
+                                 "; v0 is the velocity below which friction fades"});
   return {coordinate, F, v0};
 }
 
@@ -192,9 +187,8 @@ struct SpringDamper {
 template <class P1, class P2>
 SpringDamper<P1, P2> spring_damper(P1 r1, P2 r2, double k, double rest_length, double c = 0.0) {
   if (!(k >= 0) || !(c >= 0) || !(rest_length >= 0))
-    throw InvalidValue("a spring-damper needs k >= 0, rest_length >= 0 and c >= 0, but k = " + std::to_string(k) +
-                       ", rest_length = " + std::to_string(rest_length) + ", c = " + std::to_string(c) +
-                       "; for other laws use tension_between()");
+    detail::throw_invalid_value({"a spring-damper needs k >= 0, rest_length >= 0 and c >= 0, but k = ", std::to_string(k), ", rest_length = ",
+                                 std::to_string(rest_length), ", c = ", std::to_string(c), "; for other laws use tension_between()"});
   return {std::move(r1), std::move(r2), k, rest_length, c};
 }
 

@@ -81,7 +81,8 @@ struct DryFriction {
 
   template <int n>
   void require_fit(const Vector<double, n>& q) const {
-    if constexpr (std::is_same_v<Velocity, detail::CoordinateVelocity>) detail::require_coordinate("the dry friction '" + name + "'", v.k, q.size());
+    if constexpr (std::is_same_v<Velocity, detail::CoordinateVelocity>)
+      detail::require_coordinate(detail::sentence({"the dry friction '", name, "'"}), v.k, q.size());
   }
   bool is_active(double phase) const { return phase == static_cast<double>(FrictionPhase::sticks); }
   Vector<double, 1> initial_state() const { return Vector<double, 1>(static_cast<double>(FrictionPhase::undecided)); }
@@ -127,8 +128,8 @@ template <class Velocity, class Sliding, class Sticking>
 auto dry_friction(std::string name, Velocity v, Sliding F_k, Sticking F_s) {
   if constexpr (std::is_arithmetic_v<Sliding> && std::is_arithmetic_v<Sticking>) {
     if (!(F_k >= 0) || !(F_s >= F_k))
-      throw InvalidValue("dry friction needs 0 <= F_k <= F_s, but '" + name + "' has F_k = " + std::to_string(F_k) +
-                         " and F_s = " + std::to_string(F_s) + "; sticking holds at least as much as sliding");
+      detail::throw_invalid_value({"dry friction needs 0 <= F_k <= F_s, but '", name, "' has F_k = ", std::to_string(F_k), " and F_s = ",
+                                   std::to_string(F_s), "; sticking holds at least as much as sliding"});
   }
   if constexpr (std::integral<Velocity>) {
     return DryFriction<detail::CoordinateVelocity, Sliding, Sticking>{std::move(name), {v}, std::move(F_k), std::move(F_s)};

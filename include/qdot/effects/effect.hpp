@@ -55,11 +55,11 @@ consteval bool functor_takes_time() {
   } else if constexpr (requires { F::RowsAtCompileTime; }) {
     return false;
   } else if constexpr (vectors == 0) {
-    return std::is_invocable_v<const F&, const double&>;
+    return detail::is_callable<const F&, const double&>;
   } else if constexpr (vectors == 1) {
-    return std::is_invocable_v<const F&, const Q&, const double&>;
+    return detail::is_callable<const F&, const Q&, const double&>;
   } else {
-    return std::is_invocable_v<const F&, const Q&, const Q&, const double&>;
+    return detail::is_callable<const F&, const Q&, const Q&, const double&>;
   }
 }
 

@@ -85,10 +85,10 @@ struct ForceAtPoint {
   template <class Spatial, class S>
   auto applied(const Spatial& position, const Spatial& velocity, const S& t) const {
     constexpr bool is_vector = requires { F::RowsAtCompileTime; };  // Eigen's vectors can be called too, with an index
-    constexpr bool by_state = std::is_invocable_v<const F&, const Spatial&, const Spatial&, const S&> ||
-                              std::is_invocable_v<const F&, const Spatial&, const Spatial&>;
-    constexpr bool by_time = std::is_invocable_v<const F&, const S&>;
-    static_assert(is_vector || by_state || by_time || std::is_invocable_v<const F&, const Spatial&, const Spatial&, double>,
+    constexpr bool by_state = detail::is_callable<const F&, const Spatial&, const Spatial&, const S&> ||
+                              detail::is_callable<const F&, const Spatial&, const Spatial&>;
+    constexpr bool by_time = detail::is_callable<const F&, const S&>;
+    static_assert(is_vector || by_state || by_time || detail::is_callable<const F&, const Spatial&, const Spatial&, double>,
                   "qdot: the force at a point must be a vector, or callable as F(t) or F(position, velocity, t)");
     static_assert(is_vector || !(by_state && by_time),
                   "qdot: the force at a point can be called as F(t) and as F(position, velocity), and nothing tells which is meant: leave one of "
@@ -228,7 +228,7 @@ struct Controller {
  private:
   template <class F, class Q_, class S>
   static auto of_own_state(const F& f, const Q_& q, const Q_& qdot, const Vector<S, states>& z, const S& t) {
-    static_assert(std::is_invocable_v<const F&, const Q_&, const Q_&, const Vector<S, states>&, const S&>,
+    static_assert(detail::is_callable<const F&, const Q_&, const Q_&, const Vector<S, states>&, const S&>,
                   "qdot: the functors of a controller must be callable as f(q, qdot, z, t) for every scalar: take `const auto&`, the time too");
     return detail::result_of(f, q, qdot, z, t);
   }

@@ -48,8 +48,7 @@ namespace detail {
 
 inline ImpactLaw checked_law(double e, bool poisson) {
   if (!(e >= 0 && e <= 1))
-    throw InvalidValue("a coefficient of restitution must lie between 0 and 1, but is " + std::to_string(e) +
-                       "; more than 1 would create energy");
+    throw_invalid_value({"a coefficient of restitution must lie between 0 and 1, but is ", std::to_string(e), "; more than 1 would create energy"});
   return {e, poisson};
 }
 

@@ -33,7 +33,7 @@ struct Input {
   template <int n>
   void require_fit([[maybe_unused]] const Vector<double, n>& q) const {
     if constexpr (requires { Q.coordinate; })
-      detail::require_coordinate("the input '" + name + "'", Q.coordinate, q.size());
+      detail::require_coordinate(detail::sentence({"the input '", name, "'"}), Q.coordinate, q.size());
   }
   template <class S, int n>
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, count>& inputs, const S&) const {
@@ -89,7 +89,7 @@ void for_each_input(const Sc& scene, [[maybe_unused]] const Visit& visit) {
 // As a linearization and a simulator call the i-th input of an effect.
 template <class E>
 std::string input_name(const E& effect, int i) {
-  return effect.u.size() == 1 ? effect.name : effect.name + "[" + std::to_string(i) + "]";
+  return effect.u.size() == 1 ? effect.name : sentence({effect.name, "[", i, "]"});
 }
 
 }  // namespace detail

@@ -15,6 +15,7 @@
 // any effects *is* the system as far as the compiler can see: acceleration(scene, …) is a call of
 // acceleration(system, …) and nothing more.
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <tuple>
@@ -142,7 +143,8 @@ class Scene {
     detail::for_each(effects_, [&](const auto& e) {
       using E = std::remove_cvref_t<decltype(e)>;
       if constexpr (StateEffect<E>) {
-        z.template segment<detail::states_of<E>()>(first) = e.initial_state();
+        const Vector<double, detail::states_of<E>()> own = e.initial_state();
+        std::copy_n(own.data(), own.size(), z.data() + first);
         first += detail::states_of<E>();
       }
     });

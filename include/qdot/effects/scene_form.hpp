@@ -320,11 +320,11 @@ class SceneForm {
       if (by_lines() && jacobian_.template write<detail::unrolled_size<n>>(recordable(), phases(y.data()), t, y.data(), ydot, out)) return;
     }
     if (ydot) write_derivative(t, y.data(), ydot);
-    detail::SceneJacobian<Sc>(scene_, t, y).write(out);
+    detail::write_scene_jacobian(detail::SceneSlopesOf<Sc>(scene_), t, y, out);
     if (detail::all_finite(out.data(), out.size())) return;
     const auto slopes_at = [this, t](const Eigen::VectorXd& place, Eigen::MatrixXd& J) {
       J.resize(size(), size());
-      detail::SceneJacobian<Sc>(scene_, t, place).write(J);
+      detail::write_scene_jacobian(detail::SceneSlopesOf<Sc>(scene_), t, place, J);
     };
     if (Eigen::MatrixXd limit; detail::slopes_in_the_limit(y, dof(), limit, slopes_at)) {
       out = limit;

@@ -15,7 +15,7 @@
 // z may be left out. The effects' own states then are at their initial values, and contacts and friction are in the phases that fit the state
 // as it is (effects/equations/phases_at_state.hpp); where more than one fits, z is asked for.
 
-#include <cmath>
+#include <algorithm>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -43,10 +43,11 @@ auto state_rates(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, con
     if constexpr (StateEffect<E>) {
       constexpr int k = detail::states_of<E>();
       if constexpr (SwitchingEffect<E, n>) {
-        rate.template segment<k>(first).setZero();  // a phase changes at events only
+        std::fill_n(rate.data() + first, k, S(0.0));  // a phase changes at events only
       } else {
         static_assert(detail::require_numbers<decltype(e.state_rate(q, qdot, Vector<S, k>(), t))>());
-        rate.template segment<k>(first) = e.state_rate(q, qdot, Vector<S, k>(z.template segment<k>(first)), t);
+        const Vector<S, k> part = e.state_rate(q, qdot, detail::vector_at<k>(z.data() + first, k), t);
+        std::copy_n(part.data(), k, rate.data() + first);
       }
       first += k;
     }

@@ -163,7 +163,11 @@ class RungeKuttaStepper;  // integrate/runge_kutta.hpp
 namespace detail {
 extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 2>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
                                                                                       const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 3>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                                      const Options&);
 extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 4>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
+                                                                                      const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 5>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
                                                                                       const Options&);
 extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 6>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
                                                                                       const Options&);

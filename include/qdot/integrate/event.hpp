@@ -220,14 +220,14 @@ double event_value(const G& g, double t, const Eigen::Ref<const Eigen::VectorXd>
   const Eigen::Index count = dof > 0 ? dof : y.size();
   const Q q = Eigen::Map<const Q>(y.data(), count);
   const Q qdot = Eigen::Map<const Q>(y.data() + dof, count);
-  if constexpr (std::is_invocable_v<const G&, const Q&, const Q&, const double&>) {
+  if constexpr (detail::is_callable<const G&, const Q&, const Q&, const double&>) {
     return static_cast<double>(result_of(g, q, qdot, t));
-  } else if constexpr (std::is_invocable_v<const G&, const Q&, const Q&>) {
+  } else if constexpr (detail::is_callable<const G&, const Q&, const Q&>) {
     return static_cast<double>(result_of(g, q, qdot));
-  } else if constexpr (std::is_invocable_v<const G&, const Q&, const Q&, const OwnStates&, const double&>) {
+  } else if constexpr (detail::is_callable<const G&, const Q&, const Q&, const OwnStates&, const double&>) {
     return static_cast<double>(result_of(g, q, qdot, OwnStates(y.data() + 2 * dof, dof > 0 ? y.size() - 2 * dof : 0), t));
   } else {
-    static_assert(std::is_invocable_v<const G&, const Q&>,
+    static_assert(detail::is_callable<const G&, const Q&>,
                   "qdot: the function of an event must be callable as g(q), g(q, qdot), g(q, qdot, t) or g(q, qdot, z, t), z the effects' own states");
     return static_cast<double>(result_of(g, q));
   }
@@ -241,7 +241,7 @@ std::optional<Failure> change_state(const std::string& name, const Change& chang
     return Failure{Outcome::invalid_change, sentence({"the action of event '", name, "' at t = ", t, " must keep the size of ", what, ", but made ",
                                                       after, " numbers of ", before})};
   };
-  if constexpr (std::is_invocable_v<const Change&, State<n>&>) {
+  if constexpr (detail::is_callable<const Change&, State<n>&>) {
     using Q = Vector<double, n>;
     State<n> state{t, Eigen::Map<const Q>(y.data(), dof), Eigen::Map<const Q>(y.data() + dof, dof)};
     change(state);
@@ -252,7 +252,7 @@ std::optional<Failure> change_state(const std::string& name, const Change& chang
                                                         state.t, "; only q and qdot can be changed"})};
     std::copy_n(state.qdot.data(), dof, std::copy_n(state.q.data(), dof, y.data()));
   } else {
-    static_assert(std::is_invocable_v<const Change&, double, Eigen::VectorXd&>,
+    static_assert(detail::is_callable<const Change&, double, Eigen::VectorXd&>,
                   "qdot: the change of an event must be callable as change(State<n>&) or change(t, y)");
     change(t, y);
     if (y.size() != size) return resized("y", size, y.size());

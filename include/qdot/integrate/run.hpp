@@ -156,6 +156,17 @@ Run<n> run_of(Run<>&& run) {
   }
 }
 
+#ifdef QDOT_COMPILED
+extern template Run<1> run_of<1>(Run<>&&);
+extern template Run<2> run_of<2>(Run<>&&);
+extern template Run<3> run_of<3>(Run<>&&);
+extern template Run<4> run_of<4>(Run<>&&);
+extern template Run<5> run_of<5>(Run<>&&);
+extern template Run<6> run_of<6>(Run<>&&);
+extern template Run<7> run_of<7>(Run<>&&);
+extern template Run<8> run_of<8>(Run<>&&);
+#endif
+
 // Coordinates in y = [q; q̇; …]: what the system says, otherwise half of an even size.
 template <FirstOrderSystem F>
 constexpr int dof_at_compile_time() {

@@ -387,4 +387,8 @@ class BasicGraph {
 using Node = BasicNode<double>;
 using Graph = BasicGraph<double>;
 
+#ifdef QDOT_COMPILED
+extern template class BasicGraph<double>;
+#endif
+
 }  // namespace qdot::formula

@@ -14,6 +14,7 @@
 
 #include <Eigen/Core>
 
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/dual.hpp"
 #include "qdot/ad/dual_eigen.hpp"
 #include "qdot/analysis/sensitivity.hpp"
@@ -35,8 +36,8 @@ template <class Outputs, class X, class P>
 auto outputs_at(const Outputs& h, const X& q, const X& qdot, const P& p) {
   using S = typename X::Scalar;
   const auto asked = [&] {
-    if constexpr (std::is_invocable_v<const Outputs&, const X&>) return h(q);
-    else if constexpr (std::is_invocable_v<const Outputs&, const X&, const X&>) return h(q, qdot);
+    if constexpr (detail::is_callable<const Outputs&, const X&>) return h(q);
+    else if constexpr (detail::is_callable<const Outputs&, const X&, const X&>) return h(q, qdot);
     else return h(q, qdot, p);
   };
   using H = std::remove_cvref_t<decltype(asked())>;

@@ -22,13 +22,6 @@ namespace detail {
 #pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
 #endif
 
-// How to sum forces: as they are, or without those whose slopes are known.
-enum class ForceSum { plain, unknown_slopes };
-
-// An effect that adds ∂Q/∂(q, q̇) to rows itself, add_slopes(rows), in place of duals.
-template <class E>
-concept KnowsSlopes = requires(const E& e, double (*rows)[2]) { e.add_slopes(rows); };
-
 // sum += Q; of hashes entry by entry, which the compiler sees through.
 template <class S, int n, class Force>
 [[gnu::always_inline]] inline void add_entries(Vector<S, n>& sum, const Force& Q) {
@@ -37,18 +30,16 @@ template <class S, int n, class Force>
 }
 
 // Effects are asked what their `Roles` say: their own types, or those of the same effects with plain numbers for recorded parameters.
-template <ForceSum way, class... Roles, class Effects, class S, int n>
+template <class... Roles, class Effects, class S, int n>
 Vector<S, n> sum_over(const Effects& effects, const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, total<states_of<Roles>()...>()>& z, const S& t) {
   Vector<S, n> sum = zeros<Vector<S, n>>(q.size());
   Eigen::Index first = 0;
   const auto add = [&]<class E>(const auto& e, std::type_identity<E>) {
-    if constexpr (way == ForceSum::unknown_slopes && KnowsSlopes<E>) {
-      return;
-    } else if constexpr (StateEffect<E>) {
+    if constexpr (StateEffect<E>) {
       constexpr int k = states_of<E>();
       if constexpr (!UnilateralEffect<E, n>) {
         static_assert(require_numbers<decltype(e.force(q, qdot, Vector<S, k>(), t))>());
-        add_entries(sum, e.force(q, qdot, Vector<S, k>(z.template segment<k>(first)), t));
+        add_entries(sum, e.force(q, qdot, vector_at<k>(z.data() + first, k), t));
       }
       first += k;
     } else if constexpr (ForceEffect<E, n>) {
@@ -61,12 +52,6 @@ Vector<S, n> sum_over(const Effects& effects, const Vector<S, n>& q, const Vecto
   }(std::index_sequence_for<Roles...>());
   return sum;
 }
-template <ForceSum way, class Sys, class... Effects, class S, int n>
-Vector<S, n> summed_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
-                           const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
-  return sum_over<way, Effects...>(scene.effects(), q, qdot, z, t);
-}
-
 #if defined(__clang__) && defined(__OPTIMIZE__)
 #pragma clang attribute pop
 #endif
@@ -77,7 +62,7 @@ Vector<S, n> summed_forces(const Scene<Sys, Effects...>& scene, const Vector<S, 
 template <class Sys, class... Effects, class S, int n>
 Vector<S, n> effect_forces(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot,
                            const Vector<S, Scene<Sys, Effects...>::states_at_compile_time>& z, const S& t) {
-  return detail::summed_forces<detail::ForceSum::plain>(scene, q, qdot, z, t);
+  return detail::sum_over<Effects...>(scene.effects(), q, qdot, z, t);
 }
 
 namespace detail {
@@ -97,7 +82,7 @@ template <class Sc>
     if constexpr (ForceEffect<E, n> || (StateEffect<E> && !UnilateralEffect<E, n>)) {
       const Vector<double, n> Q = [&]() -> Vector<double, n> {
         if constexpr (StateEffect<E>) {
-          return e.force(q, qdot, Vector<double, states_of<E>()>(z.template segment<states_of<E>()>(first)), t);
+          return e.force(q, qdot, vector_at<states_of<E>()>(z.data() + first, states_of<E>()), t);
         } else {
           return e.force(q, qdot, t);
         }

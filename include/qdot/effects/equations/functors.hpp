@@ -26,7 +26,7 @@ struct SlopeOfEffect {};  // the tag of the perturbations by which generalized f
 // is a double would be there for numbers and not for their derivatives.
 template <class F, class... Before>
 consteval bool require_time_of_scalar() {
-  static_assert(!std::is_invocable_v<const F&, const Before&..., double>,
+  static_assert(!detail::is_callable<const F&, const Before&..., double>,
                 "qdot: the functor of an effect takes the time as a double, but the time carries derivatives as q does: take `const auto& t`, "
                 "or `S t = S(0)` in a template <class S>; a parameter that is a double is a member or a capture");
   return true;
@@ -48,11 +48,11 @@ inline constexpr bool may_take = !(std::is_same_v<S, formula::Recorded> || std::
 // f(q, qdot, t) or f(q, qdot), whichever the user wrote.
 template <class F, class Q, class Qdot, class S>
 auto of_state(const F& f, const Q& q, const Qdot& qdot, const S& t) {
-  if constexpr (std::is_invocable_v<const F&, const Q&, const Qdot&, const S&>) {
+  if constexpr (detail::is_callable<const F&, const Q&, const Qdot&, const S&>) {
     return result_of(f, q, qdot, t);
   } else {
     static_assert(require_time_of_scalar<F, Q, Qdot>());
-    static_assert(std::is_invocable_v<const F&, const Q&, const Qdot&>,
+    static_assert(detail::is_callable<const F&, const Q&, const Qdot&>,
                   "qdot: the functor of an effect must be callable as f(q, qdot, t) or f(q, qdot) for every scalar: take `const auto&`, and say "
                   "`using std::cos;` before `cos(q[0])`");
     return result_of(f, q, qdot);
@@ -64,11 +64,11 @@ template <class F, class Q, class S>
 auto of_position(const F& f, const Q& q, const S& t) {
   if constexpr (requires { F::RowsAtCompileTime; }) {
     return Vector<S, F::RowsAtCompileTime>(f.template cast<S>());
-  } else if constexpr (std::is_invocable_v<const F&, const Q&, const S&>) {
+  } else if constexpr (detail::is_callable<const F&, const Q&, const S&>) {
     return result_of(f, q, t);
   } else {
     static_assert(require_time_of_scalar<F, Q>());
-    static_assert(std::is_invocable_v<const F&, const Q&>,
+    static_assert(detail::is_callable<const F&, const Q&>,
                   "qdot: a position, pose or constraint must be callable as f(q, t) or f(q) for every scalar: take `const auto& q`, and say "
                   "`using std::cos;` before `cos(q[0])`");
     return result_of(f, q);
@@ -81,7 +81,7 @@ auto of_time(const F& f, const S& t) {
   if constexpr (requires { F::RowsAtCompileTime; }) {
     return Vector<S, F::RowsAtCompileTime>(f.template cast<S>());
   } else {
-    static_assert(std::is_invocable_v<const F&, const S&>,
+    static_assert(detail::is_callable<const F&, const S&>,
                   "qdot: what depends on time must be callable as f(t) for every scalar: take `const auto& t`");
     return result_of(f, t);
   }

@@ -73,8 +73,8 @@ template <int n, bool adds_potentials, class Numbers, class... Roles, class Ener
   if constexpr (sizeof...(Roles) > 0) {
     m.recording.source = "the force of an effect";
     using S = formula::Recorded;
-    const Vector<S, n> Q = sum_over<ForceSum::plain, Roles...>(effects, recorded_vector<n>(m.recording, m.q), recorded_vector<n>(m.recording, m.qdot),
-                                                               Vector<S, 0>(), S(m.recording, m.t));
+    const Vector<S, n> Q = sum_over<Roles...>(effects, recorded_vector<n>(m.recording, m.q), recorded_vector<n>(m.recording, m.qdot),
+                                              Vector<S, 0>(), S(m.recording, m.t));
     for (int i = 0; i < n; ++i) m.returned.push_back(Q[i].node_in(m.recording));
   }
 }

@@ -11,44 +11,57 @@
 // Where functors are formulas, forms have all of it from the lines of one recording, phases that switch as numbers in it
 // (mechanics/derive/traced_jacobian.hpp). What is left goes by nested duals, a direction at a time: functors that branch or are no formulas, rows that say
 // what others say, numbers that are not finite.
-//
-// ∂Q comes from dual numbers, one sweep for up to 16 directions, but of effects that know it themselves, as damping does.
 
+#include <Eigen/Core>
 #include <algorithm>
-#include <cstddef>
-#include <limits>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
+#include "qdot/ad/records/reverse.hpp"
 #include "qdot/effects/equations/constrained_motion.hpp"
 #include "qdot/effects/equations/scene_rows_of.hpp"
 #include "qdot/effects/equations/sparse_geometry.hpp"
-#include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 
 namespace qdot::detail {
 
-template <class Sc>  // whether there are forces whose slopes duals have to find
-inline constexpr bool has_other_forces = false;
-template <class Sys, class... Effects>
-inline constexpr bool has_other_forces<Scene<Sys, Effects...>> =
-    (((StateEffect<Effects> || ForceEffect<Effects, Scene<Sys, Effects...>::dof_at_compile_time>)&&!KnowsSlopes<Effects>) || ...);
+/// What is asked of a scene for slopes, beside its rows.
+class SceneSlopes : public virtual SceneRows {
+ public:
+  using Slope = Dual<double, 1>;
+
+  /// q̈ and λ.
+  virtual AnySolution motion(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
+  /// r ← d/dt(∂L/∂q̇) − ∂L/∂q at q̈ = a, n.
+  virtual void write_residual(double t, const Slope* q, const Slope* qdot, const VectorXd& a, Slope* r) const = 0;
+  /// Q ← the forces of effects, n, and rates ← ż.
+  virtual void write_forces(double t, const Slope* q, const Slope* qdot, const Slope* z, Slope* Q, Slope* rates) const = 0;
+  /// dr ← dr + Σ λ ∂J and dc ← −∂φ̈, −∂ȧ, at q̈ = a.
+  virtual void add_slopes_of_rows(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const AnySolution& at, MatrixXd& dr,
+                                  MatrixXd& dc) const = 0;
+  /// slopes ← ∂q̈ by sparse factors; false where there are none.
+  virtual bool solved_sparsely(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const MatrixXd& dr, const MatrixXd& dc,
+                               MatrixXd& slopes) const = 0;
+};
+
+/// J ← ∂ẏ/∂y at y = [q; q̇; z]; some of it may not be finite. Nested duals know that a constant has no derivative, however steep the root of it is.
+template <class = void>
+[[gnu::cold]] void write_scene_jacobian(const SceneSlopes& scene, double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::MatrixXd> J);
 
 // dr ← dr + the slopes of Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds; backwards, for there may be many coordinates. D is Dual<double, 1>.
 template <class D, class Sc>
-void add_slopes_of_many_reactions(const Sc& scene, double t, const Eigen::VectorXd& y, const EffectStates<Sc>& z, const Eigen::VectorXd& lambda,
-                                  Eigen::MatrixXd& dr) {
+void add_slopes_of_many_reactions(const Sc& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const EffectStates<Sc>& z,
+                                  const Eigen::VectorXd& lambda, Eigen::MatrixXd& dr) {
   using U = Reverse<D>;
   const Eigen::Index k = scene.dof();
   for (Eigen::Index j = 0; j < 2 * k; ++j) {
-    const Vector<D, Dynamic> seeds = seeded<D>(y, j), x = seeds.head(k), v = seeds.segment(k, k);
+    Vector<D, Dynamic> x = constants<D>(q), v = constants<D>(qdot);
+    (j < k ? x[j] : v[j - k]).tangent[0] = 1.0;
     Tape<D> tape(k, 4 * k);
     Vector<U, Dynamic> u(k);
     for (Eigen::Index i = 0; i < k; ++i) u[i] = tape.variable(i, v[i]);
-    const auto rows = constraint_velocity(scene, Vector<U, Dynamic>(x.template cast<U>()), u, U(D(t)), z);
+    const auto rows = constraint_velocity(scene, converted<U>(x), u, U(D(t)), z);
     U sum(0);
     for (Eigen::Index i = 0; i < rows.size(); ++i) sum += lambda[i] * rows[i];
     std::vector<D> adjoint;
@@ -57,142 +70,91 @@ void add_slopes_of_many_reactions(const Sc& scene, double t, const Eigen::Vector
   }
 }
 
+/// Those of a scene. Holds a reference to it.
 template <class Sc>
-class SceneJacobian {
-  static constexpr int n = Sc::dof_at_compile_time;
+class SceneSlopesOf final : public SceneSlopes, public SceneRowsOf<Sc> {
+  using Base = SceneRowsOf<Sc>;
+  using Base::n, Base::scene_;
+  using typename Base::Q;
+  using typename Base::Z;
   static constexpr int states = Sc::states_at_compile_time;
-  static constexpr int m = Sc::constraints_at_compile_time;
-  static constexpr int columns = n == Dynamic ? Dynamic : 2 * n + states;
-  using Out = Eigen::Ref<Eigen::MatrixXd>;
 
  public:
-  SceneJacobian(const Sc& scene, double t, const Eigen::Ref<const Eigen::VectorXd>& y)
-      : scene_(scene), t_(t), y_(y), q_(vector_at<n>(y.data(), scene.dof())),
-        qdot_(vector_at<n>(y.data() + scene.dof(), scene.dof())),
-        z_(Eigen::Map<const Vector<double, states>>(y.data() + 2 * scene.dof(), states)) {
-    const Vector<double, states> z = z_;  // z_ may have no entries, and the compiler wonders about them
+  using typename SceneRows::MatrixXd;
+  using typename SceneRows::VectorXd;
+  using Slope = SceneSlopes::Slope;
+
+  explicit SceneSlopesOf(const Sc& scene) : Base(scene) {}
+
+  AnySolution motion(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const override {
+    AnySolution at;
     if constexpr (Sc::has_constraints) {
-      auto solution = constrained_acceleration(scene_, q_, qdot_, t_, z);
-      a_ = std::move(solution.qddot);
-      lambda_ = std::move(solution.lambda);
+      const auto found = constrained_acceleration(scene_, Q(q), Q(qdot), t, Z(z));
+      at.qddot = found.qddot;
+      at.lambda = found.lambda;
     } else {
-      a_ = qdot::acceleration(scene_, q_, qdot_, t_, z);
+      at.qddot = qdot::acceleration(scene_, Q(q), Q(qdot), t, Z(z));
     }
+    return at;
   }
 
-  /// J ← ∂ẏ/∂y; some of it may not be finite. Nested duals know that a constant has no derivative, however steep the root of it is.
-  [[gnu::cold, gnu::noinline]] void write(Out out) const {
-    begin(out);
-    const Eigen::Index k = dof();
-    Matrix<double, n, columns> dr = zeros<Matrix<double, n, columns>>(k, y_.size());               // of the upper right side
-    Matrix<double, m, columns> dc = zeros<Matrix<double, m, columns>>(lambda_.size(), y_.size());  // and of the lower
-    const auto& energies = scene_.system().energies();
-    using D = Dual<double, 1>;
-    Vector<D, n> x = constants<D>(q_), v = constants<D>(qdot_);
-    const Vector<D, n> fixed_a = constants<D>(a_);
-    for (Eigen::Index j = 0; j < 2 * k; ++j) {
-      D& seed = j < k ? x[j] : v[j - k];
-      seed.tangent[0] = 1.0;
-      const Vector<D, n> r = lagrange_residual<n>(energies, x, v, fixed_a, D(t_));
-      for (Eigen::Index i = 0; i < k; ++i) dr(i, j) = -r[i].tangent[0];
-      seed.tangent[0] = 0.0;
-    }
-    struct Entries {
-      Matrix<double, n, columns>& all;
-      auto operator[](Eigen::Index i) const { return all.row(i); }
-    };
-    add_forces(Entries{dr}, &out);
-    if constexpr (Sc::has_constraints) add_constraints(dr, dc);
-    if constexpr (may_be_sparse<Sc>) {
-      if (solved_sparsely(dr, dc, out)) return;
-    }
-    if constexpr (Sc::has_constraints) {
-      const Eigen::MatrixXd slopes = constrained_slopes(SceneRowsOf<Sc>(scene_), t_, q_, qdot_, z_, dr, dc);
-      for (Eigen::Index j = 0; j < y_.size(); ++j)
-        for (Eigen::Index i = 0; i < k; ++i) out(k + i, j) = slopes(i, j);
-    } else {
-      const Matrix<double, n, columns> solution = solved_with_mass_matrix(scene_.system(), mass_matrix(scene_, q_, qdot_, t_), dr, t_);
-      for (Eigen::Index j = 0; j < y_.size(); ++j) write_column(out, j, column_of(solution, j));
-    }
+  void write_residual(double t, const Slope* q, const Slope* qdot, const VectorXd& a, Slope* r) const override {
+    const Eigen::Index k = scene_.dof();
+    const Vector<Slope, n> found =
+        lagrange_residual<n>(scene_.system().energies(), vector_at<n>(q, k), vector_at<n>(qdot, k), converted<Slope>(vector_at<n>(a.data(), k)), Slope(t));
+    std::copy_n(found.data(), k, r);
   }
 
- private:
-  Eigen::Index dof() const { return q_.size(); }
-
-  void begin(Out J) const {
-    J.setZero();
-    for (Eigen::Index i = 0; i < dof(); ++i) J(i, dof() + i) = 1.0;
-  }
-
-  // Adds ∂Q to rows, and writes ∂ż to J, if there is a state.
-  template <class Rows>
-  void add_forces(Rows&& rows, [[maybe_unused]] Out* J) const {
-    for_each(scene_.effects(), [&](const auto& e) {
-      if constexpr (KnowsSlopes<std::remove_cvref_t<decltype(e)>>) e.add_slopes(rows);
-    });
-    if constexpr (has_other_forces<Sc> || Sc::has_states) {
-      using D = Dual<double, directions_for<columns>>;
-      const Eigen::Index k = dof();
-      for (Eigen::Index first = 0; first < y_.size(); first += D::directions) {
-        const Vector<D, columns> seeds = seeded<D>(y_, first);
-        const Vector<D, n> x = seeds.head(k), v = seeds.segment(k, k);
-        const Vector<D, states> w = seeds.template tail<states>();
-        Vector<D, n> Q = zeros<Vector<D, n>>(k);
-        Vector<D, states> rate;
-        if constexpr (has_other_forces<Sc>) Q = summed_forces<ForceSum::unknown_slopes>(scene_, x, v, w, D(t_));
-        if constexpr (Sc::has_states) rate = state_rates(scene_, x, v, w, D(t_));
-        const Eigen::Index end = std::min<Eigen::Index>(y_.size(), first + D::directions);
-        for (Eigen::Index j = first; j < end; ++j) {
-          const auto d = static_cast<std::size_t>(j - first);
-          for (Eigen::Index i = 0; i < k; ++i) rows[i][j] += Q[i].tangent[d];
-          if constexpr (Sc::has_states)
-            for (Eigen::Index i = 0; i < states; ++i) (*J)(2 * k + i, j) = rate[i].tangent[d];
-        }
+  void write_forces([[maybe_unused]] double t, [[maybe_unused]] const Slope* q, [[maybe_unused]] const Slope* qdot, [[maybe_unused]] const Slope* z,
+                    [[maybe_unused]] Slope* forces, [[maybe_unused]] Slope* rates) const override {
+    if constexpr (Sc::has_forces || states > 0) {
+      const Eigen::Index k = scene_.dof();
+      const Vector<Slope, n> x = vector_at<n>(q, k), v = vector_at<n>(qdot, k);
+      const Vector<Slope, states> w = vector_at<states>(z, states);
+      if constexpr (Sc::has_forces) {
+        const Vector<Slope, n> sum = effect_forces(scene_, x, v, w, Slope(t));
+        std::copy_n(sum.data(), k, forces);
+      }
+      if constexpr (states > 0) {
+        const Vector<Slope, states> found = state_rates(scene_, x, v, w, Slope(t));
+        std::copy_n(found.data(), states, rates);
       }
     }
   }
 
-  template <int rows, int any>
-  static Vector<double, rows> column_of(const Matrix<double, rows, any>& A, Eigen::Index j) {
-    return Eigen::Map<const Vector<double, rows>>(A.data() + j * A.rows(), A.rows());
-  }
-  // Column j of ∂q̈.
-  void write_column(Out& out, Eigen::Index j, const Vector<double, n>& column) const {
-    for (Eigen::Index i = 0; i < dof(); ++i) out(dof() + i, j) = column[i];
-  }
-
-  // Each column of ∂q̈ from sparse factors; false where they see to nothing.
-  template <class DR, class DC>
-  bool solved_sparsely(const DR& dr, const DC& dc, Out out) const {
-    SparseSystem sparse;
-    if (!sparse.compute(scene_, q_, qdot_, t_, z_, default_rank_cutoff)) return false;
-    for (Eigen::Index j = 0; j < y_.size(); ++j) {
-      Vector<double, n> column = column_of(dr, j);
-      Eigen::VectorXd rows = column_of(dc, j);
-      if (!sparse.factors->solve(sparse.J, column, rows)) return false;
-      write_column(out, j, column);
+  void add_slopes_of_rows([[maybe_unused]] double t, [[maybe_unused]] const VectorXd& q, [[maybe_unused]] const VectorXd& qdot,
+                          [[maybe_unused]] const VectorXd& z, [[maybe_unused]] const AnySolution& at, [[maybe_unused]] MatrixXd& dr,
+                          [[maybe_unused]] MatrixXd& dc) const override {
+    if constexpr (Sc::has_constraints) {
+      this->write_slopes_of_accelerations(t, q, qdot, at.qddot, z, dc);
+      if constexpr (n == Dynamic) add_slopes_of_many_reactions<Slope>(scene_, t, q, qdot, Z(z), at.lambda, dr);
+      else this->add_slopes_of_reactions(t, q, qdot, at.lambda, z, dr);
     }
-    return true;
   }
 
-  // The constraints' share of dr, and dc.
-  template <class DR, class DC>
-  void add_constraints(DR& dr, DC& dc) const {
-    const SceneRowsOf<Sc> rows(scene_);
-    Eigen::MatrixXd slopes = dr, of_rows = dc;
-    rows.write_slopes_of_accelerations(t_, q_, qdot_, a_, z_, of_rows);
-    if constexpr (n == Dynamic) add_slopes_of_many_reactions<Dual<double, 1>>(scene_, t_, y_, z_, lambda_, slopes);
-    else rows.add_slopes_of_reactions(t_, q_, qdot_, lambda_, z_, slopes);
-    dr = slopes;
-    dc = of_rows;
+  bool solved_sparsely([[maybe_unused]] double t, [[maybe_unused]] const VectorXd& q, [[maybe_unused]] const VectorXd& qdot,
+                       [[maybe_unused]] const VectorXd& z, [[maybe_unused]] const MatrixXd& dr, [[maybe_unused]] const MatrixXd& dc,
+                       [[maybe_unused]] MatrixXd& slopes) const override {
+    if constexpr (may_be_sparse<Sc>) {
+      SparseSystem sparse;
+      if (!sparse.compute(scene_, q, qdot, t, Z(z), default_rank_cutoff)) return false;
+      for (Eigen::Index j = 0; j < dr.cols(); ++j) {
+        VectorXd column = vector_at<Dynamic>(dr.data() + j * dr.rows(), dr.rows()), rows = vector_at<Dynamic>(dc.data() + j * dc.rows(), dc.rows());
+        if (!sparse.factors->solve(sparse.J, column, rows)) return false;
+        std::copy_n(column.data(), column.size(), slopes.data() + j * dr.rows());
+      }
+      return true;
+    }
+    return false;
   }
-
-  const Sc& scene_;
-  double t_;
-  Vector<double, columns> y_;
-  Vector<double, n> q_, qdot_, a_;
-  Vector<double, states> z_;
-  Vector<double, m> lambda_;
 };
 
 }  // namespace qdot::detail
+
+#ifdef QDOT_COMPILED
+namespace qdot::detail {
+extern template void write_scene_jacobian<void>(const SceneSlopes&, double, const Eigen::VectorXd&, Eigen::Ref<Eigen::MatrixXd>);
+}  // namespace qdot::detail
+#else
+#include "qdot/effects/equations/scene_jacobian.ipp"
+#endif

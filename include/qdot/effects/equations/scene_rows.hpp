@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,11 @@ struct SwitchingPart {
   bool is_active(const Eigen::VectorXd& z) const { return z[state] == active(); }
 };
 
+class SceneRows;
+// parts ← the contacts and frictions of rows.
+template <class Rows = SceneRows>
+[[gnu::cold]] void find_parts(const Rows& rows, std::vector<SwitchingPart>& parts);
+
 /// What is asked of a scene; z are the effects' own states, and a row of a part that is not active is zero.
 class SceneRows {
  public:
@@ -52,10 +58,13 @@ class SceneRows {
   }
   bool has_lasting_constraints() const { return has_lasting_constraints_; }
 
-  /// The contacts and frictions.
-  virtual const std::vector<SwitchingPart>& parts() const = 0;
+  /// The contacts and frictions, which are found when they are first asked for.
+  const std::vector<SwitchingPart>& parts() const {
+    if (parts_.size() != count_) find_parts(*this, parts_);
+    return parts_;
+  }
   virtual VectorXd initial_states() const = 0;
-  Eigen::Index count() const { return static_cast<Eigen::Index>(parts().size()); }
+  Eigen::Index count() const { return static_cast<Eigen::Index>(count_); }
   VectorXd with_all_active(VectorXd z) const {
     for (const SwitchingPart& part : parts()) z[part.state] = part.active();
     return z;
@@ -109,16 +118,31 @@ class SceneRows {
 
  protected:
   std::vector<char> of_positions_;  // of each row
+  std::size_t count_ = 0;           // of contacts and frictions
   bool has_lasting_constraints_ = false;
 
  private:
+  virtual void describe(std::size_t k, SwitchingPart& part) const = 0;
+  template <class Rows>
+  friend void find_parts(const Rows& rows, std::vector<SwitchingPart>& parts);
   [[noreturn, gnu::cold]] void throw_row_not_finite(Eigen::Index row, double t) const {
     const std::string name = row_names()[static_cast<std::size_t>(row)];
     throw NonFinite(sentence({"the constraint '", name, "'"}), t,
                     sentence({"a constraint and its derivatives must be finite, but those of '", name, "' are not at t = ", std::to_string(t),
                               "; look there for a division by zero, or a root or logarithm at or outside the edge of its domain"}));
   }
+
+  mutable std::vector<SwitchingPart> parts_;
 };
+
+template <class Rows>
+void find_parts(const Rows& rows, std::vector<SwitchingPart>& parts) {
+  parts.resize(rows.count_);
+  for (std::size_t k = 0; k < parts.size(); ++k) rows.describe(k, parts[k]);
+}
+#ifdef QDOT_COMPILED
+extern template void find_parts<SceneRows>(const SceneRows&, std::vector<SwitchingPart>&);
+#endif
 
 /// Names for messages of ConstrainedFactors.
 struct NamesOfRows {

@@ -53,6 +53,7 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
 
   explicit SceneRowsOf(const Sc& scene) : scene_(scene) {
     this->has_lasting_constraints_ = Sc::has_lasting_constraints;
+    this->count_ = Sc::phases_at_compile_time;
     std::size_t k = 0;
     for_each(scene.effects(), [&](const auto& e) {
       using E = std::remove_cvref_t<decltype(e)>;
@@ -61,11 +62,6 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
     });
   }
 
-  const std::vector<SwitchingPart>& parts() const override {
-    if constexpr (Sc::has_phases)
-      if (parts_.empty()) find_parts();
-    return parts_;
-  }
   VectorXd initial_states() const override { return scene_.initial_states(); }
 
   double sticking_limit([[maybe_unused]] Eigen::Index part, [[maybe_unused]] double t, [[maybe_unused]] const VectorXd& q,
@@ -150,23 +146,23 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
     }
   }
 
-  [[gnu::cold]] void find_parts() const {
-    parts_.reserve(Sc::phases_at_compile_time);
-    for_each_switching(scene_, [&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index row) {
-      SwitchingPart part{.state = zi, .row = row, .name = e.name};
-      if constexpr (is_contact<decltype(e)>) {
-        part.is_contact = true;
-        part.ends_run = e.ends_run;
-        part.law = e.law;
-        part.hits = e.events.hits;
-        part.opens = e.events.opens;
-        part.rests = e.events.rests;
-      }
-      parts_.push_back(std::move(part));
-    });
+  void describe([[maybe_unused]] std::size_t place, [[maybe_unused]] SwitchingPart& part) const override {
+    if constexpr (Sc::has_phases)
+      for_each_switching(scene_, [&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index row) {
+        if (static_cast<std::size_t>(k) != place) return;
+        part.state = zi;
+        part.row = row;
+        part.name = e.name;
+        if constexpr (is_contact<decltype(e)>) {
+          part.is_contact = true;
+          part.ends_run = e.ends_run;
+          part.law = e.law;
+          part.hits = e.events.hits;
+          part.opens = e.events.opens;
+          part.rests = e.events.rests;
+        }
+      });
   }
-
-  mutable std::vector<SwitchingPart> parts_;  // found when they are first asked for
 };
 
 }  // namespace qdot::detail

@@ -42,9 +42,9 @@ namespace qdot::detail {
 template <class G, class S, int n>
 consteval int arguments_of() {
   using Q = Vector<S, n>;
-  if (std::is_invocable_v<const G&, const Q&, const Q&, const S&>) return 3;
-  if (std::is_invocable_v<const G&, const Q&, const Q&>) return 2;
-  return std::is_invocable_v<const G&, const Q&> ? 1 : 0;
+  if (detail::is_callable<const G&, const Q&, const Q&, const S&>) return 3;
+  if (detail::is_callable<const G&, const Q&, const Q&>) return 2;
+  return detail::is_callable<const G&, const Q&> ? 1 : 0;
 }
 
 // A function of an event in any scalar.

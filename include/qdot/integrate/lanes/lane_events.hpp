@@ -11,6 +11,7 @@
 #include <tuple>
 #include <type_traits>
 
+#include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/pack_math.hpp"
 #include "qdot/integrate/event.hpp"
 
@@ -62,12 +63,12 @@ struct StepPlaces {
 // g at a place of the step, in whichever form the user wrote it.
 template <int n, class P, class G>
 P event_in_lanes(const G& g, const Vector<P, n>& q, const Vector<P, n>& qdot, const P& t) {
-  if constexpr (std::is_invocable_v<const G&, const Vector<P, n>&, const Vector<P, n>&, const P&>) {
+  if constexpr (detail::is_callable<const G&, const Vector<P, n>&, const Vector<P, n>&, const P&>) {
     return result_of(g, q, qdot, t);
-  } else if constexpr (std::is_invocable_v<const G&, const Vector<P, n>&, const Vector<P, n>&>) {
+  } else if constexpr (detail::is_callable<const G&, const Vector<P, n>&, const Vector<P, n>&>) {
     return result_of(g, q, qdot);
   } else {
-    static_assert(std::is_invocable_v<const G&, const Vector<P, n>&>,
+    static_assert(detail::is_callable<const G&, const Vector<P, n>&>,
                   "qdot: the function of an event of motions in lanes must be callable as g(q), g(q, qdot) or g(q, qdot, t) with packs of doubles: take const auto&");
     return result_of(g, q);
   }
