@@ -43,14 +43,11 @@ template class RowsByDuals<6>;
 template class RowsByDuals<7>;
 template class RowsByDuals<8>;
 template class RowsByDuals<Dynamic>;
-template AnySolution general_constrained_acceleration<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                                                            const Eigen::VectorXd&, double);
-template Eigen::MatrixXd constrained_slopes<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                                                  const Eigen::MatrixXd&, const Eigen::MatrixXd&);
-template std::unique_ptr<ConstraintGeometry> dense_geometry<void>(const SceneRows&, double, double);
-template std::unique_ptr<ConstraintGeometry> dense_geometry<void>(const SceneRows&, double, double, Eigen::MatrixXd, Eigen::MatrixXd);
-template Conditioning dense_conditioning<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&);
-template ProjectionReport projected<void>(const SceneRows&, ConstraintGeometry&, Eigen::VectorXd&, Eigen::VectorXd&, double, const Eigen::VectorXd&);
+template AnySolution general_constrained_acceleration<void>(const SceneRows&, double, const Column&, const Column&, const Column&, double);
+template Table constrained_slopes<void>(const SceneRows&, double, const Column&, const Column&, const Column&, const Table&, const Table&);
+template class DenseGeometry<AnySizes>;
+template Conditioning dense_conditioning<void>(const SceneRows&, double, const Column&, const Column&, const Column&, bool);
+template ProjectionReport projected<void>(const SceneRows&, ConstraintGeometry&, Column&, Column&, double, const Column&);
 template void write_scene_jacobian<void>(const SceneSlopes&, double, const Eigen::VectorXd&, Eigen::Ref<Eigen::MatrixXd>);
 template std::unique_ptr<SparseFactors> sparse_factors<void>();
 template std::unique_ptr<TracedConstraints> traced_constraints<void>(TracedEquations<double>, double);

@@ -151,10 +151,10 @@ class SceneModel final : public FormModel<SceneForm<Sc>> {
       const EffectStates<Sc> z = states(y);
       if (qdot::detail::is_free(form_.scene(), z)) return ways;
       const qdot::detail::SceneRowsOf<Sc> rows(form_.scene());
-      const auto geometry = qdot::detail::constraint_geometry(form_.scene(), rows, t, default_rank_cutoff);
-      geometry->move_to(state.q, state.qdot, z);
+      auto geometry = qdot::detail::constraint_geometry(form_.scene(), rows, t, default_rank_cutoff);
+      geometry.move_to(state.q, state.qdot, z);
       ways.resize(form_.dof(), changes.cols());
-      for (Eigen::Index j = 0; j < changes.cols(); ++j) ways.col(j) = geometry->displacement(changes.col(j));
+      for (Eigen::Index j = 0; j < changes.cols(); ++j) ways.col(j) = Eigen::VectorXd(geometry.displacement(Eigen::VectorXd(changes.col(j))));
     }
     return ways;
   }

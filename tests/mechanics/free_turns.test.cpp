@@ -2,6 +2,7 @@
 //
 // Bodies that turn, by the lines of a run, against nested duals, which know nothing but R(q).
 #include "qdot/mechanics/derive/free_turns.hpp"
+#include "qdot/mechanics/derive/traced_equations.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -28,6 +28,7 @@
 // The same two steps turn a rough initial state into a consistent one, and say what they moved.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <type_traits>
 
@@ -42,20 +43,20 @@ namespace detail {
 
 // Projects q and qdot in the phases z.
 template <class = void>
-ProjectionReport projected(const SceneRows& rows, ConstraintGeometry& geometry, Eigen::VectorXd& q, Eigen::VectorXd& qdot, double t, const Eigen::VectorXd& z);
+ProjectionReport projected(const SceneRows& rows, ConstraintGeometry& geometry, Column& q, Column& qdot, double t, const Column& z);
 
 // As project() below; `traced` are equations that a run has traced, or nothing.
 template <class Sys, class... Effects, int n>
 ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff,
-                           const Eigen::VectorXd& z, TracedConstraints* traced) {
+                           const EffectStates<Scene<Sys, Effects...>>& z, TracedConstraints* traced) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: only a scene with constraints can be projected onto them");
   const SceneRowsOf<Sc> rows(scene);
-  const auto geometry = constraint_geometry(scene, rows, t, cutoff, traced);
-  Eigen::VectorXd x = q, v = qdot;
-  const ProjectionReport report = projected(rows, *geometry, x, v, t, z);
-  q = x;
-  qdot = v;
+  auto geometry = constraint_geometry(scene, rows, t, cutoff, traced);
+  Column x(q), v(qdot);
+  const ProjectionReport report = projected(rows, geometry, x, v, t, Column(z));
+  std::copy_n(x.data(), x.size(), q.data());
+  std::copy_n(v.data(), v.size(), qdot.data());
   return report;
 }
 
@@ -108,7 +109,7 @@ ConsistentState<n> consistent_state(const Scene<Sys, Effects...>& scene, const S
 
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
-extern template ProjectionReport projected<void>(const SceneRows&, ConstraintGeometry&, Eigen::VectorXd&, Eigen::VectorXd&, double, const Eigen::VectorXd&);
+extern template ProjectionReport projected<void>(const SceneRows&, ConstraintGeometry&, Column&, Column&, double, const Column&);
 }  // namespace qdot::detail
 #else
 #include "qdot/effects/projection.ipp"

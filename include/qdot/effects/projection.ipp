@@ -12,16 +12,17 @@
 #include "qdot/effects/equations/constraint_geometry.hpp"
 #include "qdot/effects/equations/scene_rows.hpp"
 #include "qdot/effects/projection.hpp"
+#include "qdot/effects/rows/columns.hpp"
 #include "qdot/error.hpp"
 
 namespace qdot::detail {
 
 // The way from q that takes φ away: the shortest in the metric of M, or that in the metric of sizes (above).
 template <class = void>  // compiled only where it is called
-Eigen::VectorXd way_back(ConstraintGeometry& geometry, const Eigen::VectorXd& q, const Eigen::VectorXd& phi) {
+Column way_back(ConstraintGeometry& geometry, const Column& q, const Column& phi) {
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
-  const Eigen::VectorXd wanted = -phi, shortest = geometry.displacement(wanted);
-  Eigen::VectorXd size = q.cwiseAbs();
+  const Column wanted = negated(phi), shortest = geometry.displacement(wanted);
+  Column size = magnitudes(q);
   double in_roundings = 0.0;  // the largest |φᵢ|/ρᵢ
   for (Eigen::Index i = 0; i < phi.size(); ++i)
     if (phi[i] != 0.0) in_roundings = std::max(in_roundings, std::abs(phi[i]) / (epsilon * geometry.reach(i, size)));
@@ -39,13 +40,11 @@ Eigen::VectorXd way_back(ConstraintGeometry& geometry, const Eigen::VectorXd& q,
 // One projection of q and q̇, which it changes in place.
 template <class = void>  // compiled only where it is called
 class Projection {
-  using VectorXd = Eigen::VectorXd;
-
  public:
-  Projection(const SceneRows& rows, ConstraintGeometry& geometry, VectorXd& q, VectorXd& qdot, double t, const VectorXd& z)
+  Projection(const SceneRows& rows, ConstraintGeometry& geometry, Column& q, Column& qdot, double t, const Column& z)
       : rows_(rows), geometry_(geometry), q_(q), qdot_(qdot), t_(t), z_(z), q_start_(q), qdot_start_(qdot), phi_(rows.residual(t, q, z)),
-        terms_(VectorXd::Zero(phi_.size())) {
-    rows.require_finite_rows(t, phi_);
+        terms_(phi_.size(), 0.0) {
+    rows.require_finite_column(t, phi_);
     report_.residual_before = report_.residual = largest(phi_);
   }
 
@@ -73,14 +72,14 @@ class Projection {
       const bool is_first = report_.iterations == 0;
       if (!(distance_ <= nearby)) factor_for_positions();
       if (is_first) measure_terms();
-      const VectorXd step = way_back(geometry_, q_, phi_);
+      const Column step = way_back(geometry_, q_, phi_);
       ++report_.iterations;
       const double change = relative_size(step);
-      if (!all_finite(step)) fail("a Newton step is not finite");
-      q_ += step;
+      if (!all_finite(step.data(), step.size())) fail("a Newton step is not finite");
+      for (Eigen::Index i = 0; i < q_.size(); ++i) q_[i] += step[i];
       distance_ += change;
       phi_ = rows_.residual(t_, q_, z_);
-      rows_.require_finite_rows(t_, phi_);
+      rows_.require_finite_column(t_, phi_);
       report_.residual = largest(phi_);
       const bool at_rounding = change < projection_limits::at_rounding;
       const bool no_better = change < projection_limits::may_stand_still && change > 0.5 * last_change;
@@ -98,7 +97,7 @@ class Projection {
     if (!rows_.has_rows(false)) return;
     of_positions_ = of_positions_ || geometry_.has_dependent_rows();
     if (!of_positions_) return;
-    VectorXd kept(rows_.rows());
+    Column kept(rows_.rows());
     for (Eigen::Index i = 0; i < kept.size(); ++i) kept[i] = rows_.is_of_positions(i) ? 1.0 : 0.0;
     geometry_.move_to(q_, qdot_, z_, &kept);
     distance_ = 0.0;
@@ -110,7 +109,7 @@ class Projection {
 
   // Changes count beside the coordinates, or beside 1 where these are zero; in a row whose coordinates are all small, beside its own terms.
   void measure_terms() {
-    const VectorXd sizes = q_.cwiseAbs();
+    const Column sizes = magnitudes(q_);
     for (Eigen::Index i = 0; i < phi_.size(); ++i) {
       terms_[i] = geometry_.reach(i, sizes);
       if (terms_[i] > 0.0) terms_[i] = std::max(terms_[i], projection_limits::rounding_of_zero * geometry_.length(i));  // below are roundings of what is zero
@@ -118,11 +117,11 @@ class Projection {
     }
     is_small_ = is_small_ && !geometry_.has_dependent_rows();  // dependent rows keep residuals of rounding size
   }
-  double relative_size(const VectorXd& step) const {
+  double relative_size(const Column& step) const {
     double change = 0.0;  // relative to the size of each coordinate
     for (Eigen::Index i = 0; i < q_.size(); ++i) change = std::max(change, std::abs(step[i]) / (1.0 + std::abs(q_[i])));
     if (is_small_) {
-      const VectorXd sizes = step.cwiseAbs();
+      const Column sizes = magnitudes(step);
       for (Eigen::Index i = 0; i < phi_.size(); ++i)
         if (terms_[i] > 0.0) change = std::max(change, geometry_.reach(i, sizes) / terms_[i]);
     }
@@ -131,7 +130,7 @@ class Projection {
 
   // Small coordinates may belong to a row with terms of ordinary size, (x − 1)² at x = 0: its rounding asks for steps that do not shrink.
   bool rounding_explains_residual() const {
-    const double size = 4 * epsilon * (1.0 + q_.cwiseAbs().maxCoeff());
+    const double size = 4 * epsilon * (1.0 + largest(q_));
     for (Eigen::Index i = 0; i < phi_.size(); ++i)
       if (!(std::abs(phi_[i]) <= size * geometry_.length(i))) return false;
     return true;
@@ -158,18 +157,18 @@ class Projection {
   // One linear step of q̇, with the factors at hand where these are near enough.
   void project_velocities() {
     phi_ = rows_.velocity(t_, q_, qdot_, z_);
-    const VectorXd speed = qdot_.cwiseAbs();
+    const Column speed = magnitudes(qdot_);
     double reach = 0.0;
     for (Eigen::Index i = 0; i < phi_.size(); ++i) reach = std::max(reach, geometry_.reach(i, speed));
     if (distance_ * largest(phi_) > negligible * reach) factor_here();
-    phi_ = -phi_;
-    const VectorXd before = phi_;
-    const VectorXd change_of_qdot = geometry_.displacement(phi_);
-    qdot_ += change_of_qdot;
+    phi_ = negated(phi_);
+    const Column before = phi_;
+    const Column change_of_qdot = geometry_.displacement(phi_);
+    for (Eigen::Index i = 0; i < q_.size(); ++i) qdot_[i] += change_of_qdot[i];
     phi_ = rows_.velocity(t_, q_, qdot_, z_);
-    rows_.require_finite_rows(t_, phi_);
+    rows_.require_finite_column(t_, phi_);
     report_.velocity_residual = largest(phi_);
-    VectorXd own(phi_.size());  // sizes of the terms of each row
+    Column own(phi_.size());  // sizes of the terms of each row
     for (Eigen::Index i = 0; i < phi_.size(); ++i) own[i] = geometry_.reach(i, speed) + std::abs(before[i]);
     const double rounding_of_others = 1e-6 * largest(own), size_of_qdot = largest(qdot_start_);
     for (Eigen::Index i = 0; i < phi_.size(); ++i)
@@ -188,22 +187,22 @@ class Projection {
 
   const SceneRows& rows_;
   ConstraintGeometry& geometry_;
-  VectorXd &q_, &qdot_;
+  Column &q_, &qdot_;
   double t_;
-  const VectorXd& z_;
-  VectorXd q_start_, qdot_start_;
-  VectorXd phi_;  // φ, then J q̇ + ∂φ/∂t
+  const Column& z_;
+  Column q_start_, qdot_start_;
+  Column phi_;  // φ, then J q̇ + ∂φ/∂t
   double distance_ = std::numeric_limits<double>::infinity();  // of q from where geometry is, relative as changes are
   bool of_positions_ = false;  // geometry has the rows of positions only
-  VectorXd terms_;    // of each row, their size at the start
-  VectorXd length_;   // of the rows of J
+  Column terms_;    // of each row, their size at the start
+  Column length_;   // of the rows of J
   bool is_small_ = false;      // some row has small coordinates only
   ProjectionReport report_;
 };
 
 template <class>
-ProjectionReport projected(const SceneRows& rows, ConstraintGeometry& geometry, Eigen::VectorXd& q, Eigen::VectorXd& qdot, double t,
-                           const Eigen::VectorXd& z) {
+ProjectionReport projected(const SceneRows& rows, ConstraintGeometry& geometry, Column& q, Column& qdot, double t,
+                           const Column& z) {
   return Projection<>(rows, geometry, q, qdot, t, z).run();
 }
 

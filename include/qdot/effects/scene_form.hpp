@@ -162,7 +162,7 @@ class SceneForm {
     }
     Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
     const auto project_on = [&](detail::TracedConstraints* traced) {
-      report = detail::projected(scene_, q, qdot, t, default_rank_cutoff, Eigen::VectorXd(z), traced);
+      report = detail::projected(scene_, q, qdot, t, default_rank_cutoff, z, traced);
       return true;
     };
     bool done = false;

@@ -116,8 +116,8 @@ template <class Sc>
     if (sparse_solution(scene, q, qdot, t, z, Q, cutoff, solution)) return solution;
   }
   const AnySolution found = general_constrained_acceleration(SceneRowsOf<Sc>(scene), t, q, qdot, z, cutoff);
-  solution.qddot = found.qddot;
-  solution.lambda = found.lambda;
+  solution.qddot = vector_at<Sc::dof_at_compile_time>(found.qddot.data(), found.qddot.size());
+  solution.lambda = vector_at<Sc::constraints_at_compile_time>(found.lambda.data(), found.lambda.size());
   solution.rank = found.rank;
   solution.smallest_pivot = found.smallest_pivot;
   return solution;

@@ -354,12 +354,13 @@ class Variations final : public VariationalEquations {
       const Vector<double, Sc::states_at_compile_time> z = both.segment(2 * dof_, size_ - 2 * dof_);
       if (is_free(form().scene(), z)) return;
       const SceneRowsOf<Sc> rows_of_scene(form().scene());
-      const auto geometry = constraint_geometry(form().scene(), rows_of_scene, t, default_rank_cutoff);
-      geometry->move_to(q, qdot, z);
+      auto geometry = constraint_geometry(form().scene(), rows_of_scene, t, default_rank_cutoff);
+      geometry.move_to(q, qdot, z);
       const auto take_away = [&](const auto& rows, Eigen::Index parameter, const auto& rows_of, double* column) {
         Eigen::VectorXd residual = rates_in(rows);
         if (parameter >= 0) model_.add_parameter_slope(parameter, rows_of, residual);
-        const Eigen::VectorXd step = geometry->displacement(-residual);
+        for (Eigen::Index i = 0; i < residual.size(); ++i) residual[i] = -residual[i];
+        const Column step = geometry.displacement(residual);
         for (Eigen::Index i = 0; i < dof_; ++i) column[i] += step[i];
       };
       for (Eigen::Index j = 0; j < columns_; ++j) {

@@ -15,28 +15,28 @@
 
 namespace qdot::detail {
 
-using AnySolution = ConstrainedSolution<Dynamic, Dynamic>;
+using AnySolution = SolutionOf<Column, Column>;
 
 /// q̈ and λ in the phases z.
 ///
 /// @throws as constrained_acceleration() of a scene
 template <class = void>
-[[gnu::cold]] AnySolution general_constrained_acceleration(const SceneRows& rows, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot,
-                                                           const Eigen::VectorXd& z, double cutoff);
+[[gnu::cold]] AnySolution general_constrained_acceleration(const SceneRows& rows, double t, const Column& q, const Column& qdot,
+                                                           const Column& z, double cutoff);
 
 /// ∂q̈ from M ∂q̈ − Jᵀ ∂λ = dr, J ∂q̈ = dc, column by column.
 template <class = void>
-[[gnu::cold]] Eigen::MatrixXd constrained_slopes(const SceneRows& rows, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot,
-                                                 const Eigen::VectorXd& z, const Eigen::MatrixXd& dr, const Eigen::MatrixXd& dc);
+[[gnu::cold]] Table constrained_slopes(const SceneRows& rows, double t, const Column& q, const Column& qdot,
+                                       const Column& z, const Table& dr, const Table& dc);
 
 }  // namespace qdot::detail
 
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
-extern template AnySolution general_constrained_acceleration<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                                                                   const Eigen::VectorXd&, double);
-extern template Eigen::MatrixXd constrained_slopes<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
-                                                         const Eigen::MatrixXd&, const Eigen::MatrixXd&);
+extern template AnySolution general_constrained_acceleration<void>(const SceneRows&, double, const Column&, const Column&,
+                                                                   const Column&, double);
+extern template Table constrained_slopes<void>(const SceneRows&, double, const Column&, const Column&, const Column&,
+                                               const Table&, const Table&);
 }  // namespace qdot::detail
 #else
 #include "qdot/effects/equations/constrained_motion.ipp"

@@ -8,41 +8,43 @@
 
 #include "qdot/ad/vector.hpp"
 #include "qdot/effects/equations/constrained_motion.hpp"
+#include "qdot/effects/rows/columns.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
 
 namespace qdot::detail {
 
 template <class>
-AnySolution general_constrained_acceleration(const SceneRows& rows, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
+AnySolution general_constrained_acceleration(const SceneRows& rows, double t, const Column& q, const Column& qdot, const Column& z,
                                              double cutoff) {
-  const Eigen::VectorXd Q = rows.applied_forces(t, q, qdot, z);
-  const Eigen::MatrixXd J = rows.jacobian(t, q, qdot, z);
-  const Eigen::VectorXd gamma = rows.gamma(t, q, qdot, z);
-  if (all_finite(q) && all_finite(qdot)) {
-    Eigen::MatrixXd both(J.rows(), J.cols() + 1);  // one after the other: the first row is named
+  const Column Q = rows.applied_forces(t, q, qdot, z);
+  const Table J = rows.jacobian(t, q, qdot, z);
+  const Column gamma = rows.gamma(t, q, qdot, z);
+  if (all_finite(q.data(), q.size()) && all_finite(qdot.data(), qdot.size())) {
+    Table both(J.rows(), J.cols() + 1);  // one after the other: the first row is named
     std::copy_n(gamma.data(), gamma.size(), std::copy_n(J.data(), J.size(), both.data()));
     rows.require_finite_rows(t, both);
   }
-  if (!all_finite(Q)) rows.require_finite_forces(t, q, qdot, z);
-  MassAndRhs<double, Dynamic> both = rows.mass_and_rhs(t, q, qdot);
-  Eigen::VectorXd sums = Eigen::VectorXd::Zero(q.size());  // for M that is not finite is not singular
+  if (!all_finite(Q.data(), Q.size())) rows.require_finite_forces(t, q, qdot, z);
+  Table M;
+  Column f, sums(q.size(), 0.0);  // of M, for one that is not finite is not singular
+  rows.write_mass_and_rhs(t, q, qdot, M, f);
   for (Eigen::Index j = 0; j < q.size(); ++j)
-    for (Eigen::Index i = 0; i < q.size(); ++i) sums[i] += both.M(i, j);
+    for (Eigen::Index i = 0; i < q.size(); ++i) sums[i] += M(i, j);
   rows.require_finite_acceleration(t, q, qdot, sums);
-  for (Eigen::Index i = 0; i < Q.size(); ++i) both.r[i] += Q[i];
-  const ConstrainedFactors<Dynamic, Dynamic> factors(both.M, J, cutoff);
-  AnySolution solution = factors.solution(both.r, gamma, t, NamesOfRows{rows});
+  for (Eigen::Index i = 0; i < Q.size(); ++i) f[i] += Q[i];
+  AnySolution solution = FactorsOf<AnySizes>(M, J, cutoff).solution(f, gamma, t, NamesOfRows{rows});
   rows.require_finite_acceleration(t, q, qdot, solution.qddot);
   return solution;
 }
 
 template <class>
-Eigen::MatrixXd constrained_slopes(const SceneRows& rows, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z,
-                                   const Eigen::MatrixXd& dr, const Eigen::MatrixXd& dc) {
-  const ConstrainedFactors<Dynamic, Dynamic> factors(rows.mass_matrix(t, q, qdot), rows.jacobian(t, q, qdot, z), default_rank_cutoff);
-  Eigen::MatrixXd slopes(dr.rows(), dr.cols());
+Table constrained_slopes(const SceneRows& rows, double t, const Column& q, const Column& qdot, const Column& z,
+                         const Table& dr, const Table& dc) {
+  const FactorsOf<AnySizes> factors(rows.mass_matrix(t, q, qdot), rows.jacobian(t, q, qdot, z), default_rank_cutoff);
+  Table slopes(dr.rows(), dr.cols());
   for (Eigen::Index j = 0; j < dr.cols(); ++j) {
-    const Eigen::VectorXd right = vector_at<Dynamic>(dr.data() + j * dr.rows(), dr.rows()), rate = vector_at<Dynamic>(dc.data() + j * dc.rows(), dc.rows());
-    const Eigen::VectorXd column = factors.solution(right, rate, t, NamesOfRows{rows}).qddot;
+    const Column right(dr.data() + j * dr.rows(), dr.rows()), rate(dc.data() + j * dc.rows(), dc.rows());
+    const Column column = factors.solution(right, rate, t, NamesOfRows{rows}).qddot;
     std::copy_n(column.data(), column.size(), slopes.data() + j * dr.rows());
   }
   return slopes;

@@ -9,9 +9,10 @@
 // (effects/equations/sparse_geometry.hpp).
 
 #include <Eigen/Core>
-#include <memory>
+#include <optional>
 
 #include "qdot/effects/equations/scene_rows.hpp"
+#include "qdot/effects/rows/columns.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 
 namespace qdot {
@@ -28,45 +29,57 @@ namespace detail {
 /// M and J of a scene at one place after another, with the same velocities.
 class ConstraintGeometry {
  public:
-  using VectorXd = Eigen::VectorXd;
-
   virtual ~ConstraintGeometry() = default;
   /// @param kept  1 for rows that count, 0 for those that do not; nothing: all
-  virtual void move_to(const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const VectorXd* kept = nullptr) = 0;
+  virtual void move_to(const Column& q, const Column& qdot, const Column& z, const Column* kept = nullptr) = 0;
   /// @throws NonFinite  with the constraint whose rows are not finite
   virtual void require_finite() const = 0;
   /// The smallest δ with J δ = r in the metric of M.
-  virtual VectorXd displacement(const VectorXd& r) = 0;
+  virtual Column displacement(const Column& r) = 0;
   /// The same in the metric of Σ (δⱼ/sizeⱼ)².
-  virtual VectorXd displacement(const VectorXd& r, const VectorXd& size) = 0;
+  virtual Column displacement(const Column& r, const Column& size) = 0;
   virtual Eigen::Index rank() const = 0;
   virtual bool has_dependent_rows() const = 0;
   /// Σⱼ |Jᵢⱼ| xⱼ for x ≥ 0.
-  virtual double reach(Eigen::Index row, const VectorXd& x) const = 0;
+  virtual double reach(Eigen::Index row, const Column& x) const = 0;
   virtual double length(Eigen::Index row) const = 0;
 };
 
-/// That by dense factors. Refers to the rows.
-///
-/// @param cutoff  relative size below which a row of J counts as dependent
-template <class = void>
-std::unique_ptr<ConstraintGeometry> dense_geometry(const SceneRows& rows, double t, double cutoff);
+/// That by dense factors. Refers to the rows. No allocation for small scenes whose rows are independent.
+template <class Sizes = AnySizes>
+class DenseGeometry final : public ConstraintGeometry {
+ public:
+  /// @param cutoff  relative size below which a row of J counts as dependent
+  DenseGeometry(const SceneRows& rows, double t, double cutoff) : rows_(rows), t_(t), cutoff_(cutoff) {}
 
-/// The same with J and M that are known.
-template <class = void>
-std::unique_ptr<ConstraintGeometry> dense_geometry(const SceneRows& rows, double t, double cutoff, Eigen::MatrixXd M, Eigen::MatrixXd J);
+  void move_to(const Column& q, const Column& qdot, const Column& z, const Column* kept = nullptr) override;
+  void factor(const Table& M, const Table& J);
+  void require_finite() const override;
+  Column displacement(const Column& r) override;
+  Column displacement(const Column& r, const Column& size) override;
+  Eigen::Index rank() const override;
+  bool has_dependent_rows() const override;
+  double reach(Eigen::Index row, const Column& x) const override;
+  double length(Eigen::Index row) const override;
 
+ private:
+  const SceneRows& rows_;
+  double t_, cutoff_;
+  Table J_;
+  std::optional<FactorsOf<Sizes>> factors_;
+};
+
+/// Conditioning of a scene by dense factors, in phases in which it is free or not.
 template <class = void>
-Conditioning dense_conditioning(const SceneRows& rows, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z);
+Conditioning dense_conditioning(const SceneRows& rows, double t, const Column& q, const Column& qdot, const Column& z, bool is_free);
 
 }  // namespace detail
 }  // namespace qdot
 
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
-extern template std::unique_ptr<ConstraintGeometry> dense_geometry<void>(const SceneRows&, double, double);
-extern template std::unique_ptr<ConstraintGeometry> dense_geometry<void>(const SceneRows&, double, double, Eigen::MatrixXd, Eigen::MatrixXd);
-extern template Conditioning dense_conditioning<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&);
+extern template class DenseGeometry<AnySizes>;
+extern template Conditioning dense_conditioning<void>(const SceneRows&, double, const Column&, const Column&, const Column&, bool);
 }  // namespace qdot::detail
 #else
 #include "qdot/effects/equations/constraint_geometry.ipp"

@@ -31,22 +31,22 @@ inline constexpr int size_of_rows = n >= 1 && n <= unrolled_limit ? n : Dynamic;
 template <int n>
 class RowsByDuals : public virtual SceneRows {
  public:
-  MatrixXd jacobian(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const override;
-  VectorXd residual(double t, const VectorXd& q, const VectorXd& z) const override;
-  VectorXd velocity(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const override;
-  VectorXd row_accelerations(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& a, const VectorXd& z) const override;
+  Table jacobian(double t, const Column& q, const Column& qdot, const Column& z) const override;
+  Column residual(double t, const Column& q, const Column& z) const override;
+  Column velocity(double t, const Column& q, const Column& qdot, const Column& z) const override;
+  Column row_accelerations(double t, const Column& q, const Column& qdot, const Column& a, const Column& z) const override;
   /// dc ← −∂φ̈/∂y and −∂ȧ/∂y at fixed q̈ = a, for y = [q; q̇] in the first 2n columns.
-  void write_slopes_of_accelerations(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& a, const VectorXd& z, MatrixXd& dc) const;
+  void write_slopes_of_accelerations(double t, const Column& q, const Column& qdot, const Column& a, const Column& z, Table& dc) const;
   /// dr ← dr + Σ λ_i ∂J_i/∂y, n rows.
-  void add_slopes_of_reactions(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& lambda, const VectorXd& z, MatrixXd& dr) const;
+  void add_slopes_of_reactions(double t, const Column& q, const Column& qdot, const Column& lambda, const Column& z, Table& dr) const;
 
  protected:
   using Number = TermDual<Spare, n>;
   using Slope = Dual<double, 1>;
 
   /// out ← φ of rows that restrict positions, and a of the others; rows of parts that are not active are zero.
-  virtual void write_rows(const Number* q, const Number* qdot, const Number& t, const VectorXd& z, Number* out) const = 0;
-  virtual void write_rows(const Slope* q, const Slope* qdot, const Slope& t, const VectorXd& z, Slope* out) const = 0;
+  virtual void write_rows(const Number* q, const Number* qdot, const Number& t, const Column& z, Number* out) const = 0;
+  virtual void write_rows(const Slope* q, const Slope* qdot, const Slope& t, const Column& z, Slope* out) const = 0;
 };
 
 }  // namespace qdot::detail

@@ -6,7 +6,6 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
-#include <vector>
 
 #include "qdot/effects/equations/rows_by_duals.hpp"
 
@@ -14,33 +13,55 @@ namespace qdot::detail {
 
 inline std::size_t part(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
-// A state as numbers, or with accelerations the motion through it.
+// Numbers for each coordinate, and for each row.
+template <class Number, int n>
+using OfCoordinates = SmallStore<Number, n == Dynamic ? 0 : static_cast<std::size_t>(n)>;
 template <class Number>
+using OfRows = SmallStore<Number, 8>;
+
+template <class Number, class Store>
+Store as_numbers(const Column& x) {
+  Store numbers;
+  numbers.resize(part(x.size()));
+  for (Eigen::Index i = 0; i < x.size(); ++i) numbers[part(i)] = Number(x[i]);
+  return numbers;
+}
+
+// A state as numbers, or with accelerations the motion through it.
+template <class Number, int n>
 struct NumbersOfMotion {
-  std::vector<Number> q, qdot;
+  OfCoordinates<Number, n> q, qdot;
   Number t;
 
-  NumbersOfMotion(const Eigen::VectorXd& x, const Eigen::VectorXd& v, double time, const Eigen::VectorXd* a = nullptr)
-      : q(x.data(), x.data() + x.size()), qdot(v.data(), v.data() + v.size()), t(time) {
+  NumbersOfMotion(const Column& x, const Column& v, double time, const Column* a = nullptr)
+      : q(as_numbers<Number, OfCoordinates<Number, n>>(x)), qdot(as_numbers<Number, OfCoordinates<Number, n>>(v)), t(time) {
     if (a == nullptr) return;
     t.value.value.tangent[0] = t.value.tangent[0].value = 1.0;
-    for (std::size_t i = 0; i < q.size(); ++i) {
-      q[i].value.value.tangent[0] = q[i].value.tangent[0].value = v.data()[i];
-      q[i].value.tangent[0].tangent[0] = qdot[i].value.value.tangent[0] = a->data()[i];
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      Number& position = q[part(i)];
+      position.value.value.tangent[0] = position.value.tangent[0].value = v[i];
+      position.value.tangent[0].tangent[0] = qdot[part(i)].value.value.tangent[0] = (*a)[i];
     }
   }
 };
 
+template <class Number>
+OfRows<Number> for_rows(Eigen::Index rows) {
+  OfRows<Number> found;
+  found.resize(part(rows));
+  return found;
+}
+
 template <int n>
-Eigen::MatrixXd RowsByDuals<n>::jacobian(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z) const {
-  MatrixXd J = zeros<MatrixXd>(rows(), q.size());
-  std::vector<Number> found(part(rows()));
+Table RowsByDuals<n>::jacobian(double t, const Column& q, const Column& qdot, const Column& z) const {
+  Table J(rows(), q.size(), 0.0);
+  OfRows<Number> found = for_rows<Number>(rows());
   for (const bool of_positions : {true, false}) {
     if (!has_rows(of_positions)) continue;
-    NumbersOfMotion<Number> m(q, qdot, t);
+    NumbersOfMotion<Number, n> m(q, qdot, t);
     for (Eigen::Index first = 0; first < q.size(); first += Number::directions) {
       const Eigen::Index end = std::min<Eigen::Index>(q.size(), first + Number::directions);
-      std::vector<Number>& seeds = of_positions ? m.q : m.qdot;
+      OfCoordinates<Number, n>& seeds = of_positions ? m.q : m.qdot;
       for (Eigen::Index j = first; j < end; ++j) seeds[part(j)].tangent[part(j - first)].value.value = 1.0;
       write_rows(m.q.data(), m.qdot.data(), m.t, z, found.data());
       for (Eigen::Index j = first; j < end; ++j) {
@@ -54,36 +75,34 @@ Eigen::MatrixXd RowsByDuals<n>::jacobian(double t, const Eigen::VectorXd& q, con
 }
 
 template <int n>
-Eigen::VectorXd RowsByDuals<n>::residual(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& z) const {
-  const std::vector<Slope> x(q.data(), q.data() + q.size());
-  std::vector<Slope> found(part(rows()));
+Column RowsByDuals<n>::residual(double t, const Column& q, const Column& z) const {
+  const auto x = as_numbers<Slope, OfCoordinates<Slope, n>>(q);
+  auto found = for_rows<Slope>(rows());
   write_rows(x.data(), x.data(), Slope(t), z, found.data());
-  Eigen::VectorXd phi(rows());
+  Column phi(rows());
   for (Eigen::Index i = 0; i < rows(); ++i) phi[i] = is_of_positions(i) ? found[part(i)].value : 0.0;
   return phi;
 }
 
 template <int n>
-Eigen::VectorXd RowsByDuals<n>::velocity(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& z) const {
-  std::vector<Slope> x(q.data(), q.data() + q.size()), found(part(rows()));
-  const std::vector<Slope> v(qdot.data(), qdot.data() + qdot.size());
-  for (std::size_t i = 0; i < x.size(); ++i) x[i].tangent[0] = qdot.data()[i];
+Column RowsByDuals<n>::velocity(double t, const Column& q, const Column& qdot, const Column& z) const {
+  auto x = as_numbers<Slope, OfCoordinates<Slope, n>>(q);
+  const auto v = as_numbers<Slope, OfCoordinates<Slope, n>>(qdot);
+  for (Eigen::Index i = 0; i < q.size(); ++i) x[part(i)].tangent[0] = qdot[i];
+  auto found = for_rows<Slope>(rows());
   write_rows(x.data(), v.data(), Slope::variable(t, 0), z, found.data());
-  Eigen::VectorXd rates(rows());
-  for (Eigen::Index i = 0; i < rows(); ++i) {
-    const Slope& row = found[part(i)];
-    rates[i] = is_of_positions(i) ? row.tangent[0] : row.value;
-  }
+  Column rates(rows());
+  for (Eigen::Index i = 0; i < rows(); ++i) rates[i] = is_of_positions(i) ? found[part(i)].tangent[0] : found[part(i)].value;
   return rates;
 }
 
 template <int n>
-Eigen::VectorXd RowsByDuals<n>::row_accelerations(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& a,
-                                                  const Eigen::VectorXd& z) const {
-  const NumbersOfMotion<Number> m(q, qdot, t, &a);
-  std::vector<Number> found(part(rows()));
+Column RowsByDuals<n>::row_accelerations(double t, const Column& q, const Column& qdot, const Column& a,
+                                         const Column& z) const {
+  const NumbersOfMotion<Number, n> m(q, qdot, t, &a);
+  OfRows<Number> found = for_rows<Number>(rows());
   write_rows(m.q.data(), m.qdot.data(), m.t, z, found.data());
-  Eigen::VectorXd rates(rows());
+  Column rates(rows());
   for (Eigen::Index i = 0; i < rows(); ++i) {
     const Number& row = found[part(i)];
     rates[i] = is_of_positions(i) ? row.value.tangent[0].tangent[0] : row.value.value.tangent[0];
@@ -92,11 +111,11 @@ Eigen::VectorXd RowsByDuals<n>::row_accelerations(double t, const Eigen::VectorX
 }
 
 template <int n>
-void RowsByDuals<n>::write_slopes_of_accelerations(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& a,
-                                                   const Eigen::VectorXd& z, Eigen::MatrixXd& dc) const {
+void RowsByDuals<n>::write_slopes_of_accelerations(double t, const Column& q, const Column& qdot, const Column& a,
+                                                   const Column& z, Table& dc) const {
   const Eigen::Index k = q.size();
-  NumbersOfMotion<Number> m(q, qdot, t, &a);
-  std::vector<Number> found(part(rows()));
+  NumbersOfMotion<Number, n> m(q, qdot, t, &a);
+  OfRows<Number> found = for_rows<Number>(rows());
   const auto seed = [&](Eigen::Index j, std::size_t d, double one) {
     Number& x = m.q[part(j < k ? j : j - k)];
     if (j < k) {
@@ -120,14 +139,14 @@ void RowsByDuals<n>::write_slopes_of_accelerations(double t, const Eigen::Vector
 }
 
 template <int n>
-void RowsByDuals<n>::add_slopes_of_reactions(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const Eigen::VectorXd& lambda,
-                                             const Eigen::VectorXd& z, Eigen::MatrixXd& dr) const {
+void RowsByDuals<n>::add_slopes_of_reactions(double t, const Column& q, const Column& qdot, const Column& lambda,
+                                             const Column& z, Table& dr) const {
   const Eigen::Index k = q.size();
-  std::vector<Number> found(part(rows()));
+  OfRows<Number> found = for_rows<Number>(rows());
   for (const bool of_positions : {true, false}) {
     if (!has_rows(of_positions)) continue;
-    NumbersOfMotion<Number> m(q, qdot, t);
-    std::vector<Number>& seeds = of_positions ? m.q : m.qdot;
+    NumbersOfMotion<Number, n> m(q, qdot, t);
+    OfCoordinates<Number, n>& seeds = of_positions ? m.q : m.qdot;
     for (Eigen::Index j = 0; j < (of_positions ? k : 2 * k); ++j) {
       double& along = (j < k ? m.q[part(j)] : m.qdot[part(j - k)]).value.value.tangent[0];
       along = 1.0;

@@ -32,17 +32,17 @@ class SceneSlopes : public virtual SceneRows {
   using Slope = Dual<double, 1>;
 
   /// q̈ and λ.
-  virtual AnySolution motion(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
+  virtual AnySolution motion(double t, const Column& q, const Column& qdot, const Column& z) const = 0;
   /// r ← d/dt(∂L/∂q̇) − ∂L/∂q at q̈ = a, n.
-  virtual void write_residual(double t, const Slope* q, const Slope* qdot, const VectorXd& a, Slope* r) const = 0;
+  virtual void write_residual(double t, const Slope* q, const Slope* qdot, const Column& a, Slope* r) const = 0;
   /// Q ← the forces of effects, n, and rates ← ż.
   virtual void write_forces(double t, const Slope* q, const Slope* qdot, const Slope* z, Slope* Q, Slope* rates) const = 0;
   /// dr ← dr + Σ λ ∂J and dc ← −∂φ̈, −∂ȧ, at q̈ = a.
-  virtual void add_slopes_of_rows(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const AnySolution& at, MatrixXd& dr,
-                                  MatrixXd& dc) const = 0;
+  virtual void add_slopes_of_rows(double t, const Column& q, const Column& qdot, const Column& z, const AnySolution& at, Table& dr,
+                                  Table& dc) const = 0;
   /// slopes ← ∂q̈ by sparse factors; false where there are none.
-  virtual bool solved_sparsely(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const MatrixXd& dr, const MatrixXd& dc,
-                               MatrixXd& slopes) const = 0;
+  virtual bool solved_sparsely(double t, const Column& q, const Column& qdot, const Column& z, const Table& dr, const Table& dc,
+                               Table& slopes) const = 0;
 };
 
 /// J ← ∂ẏ/∂y at y = [q; q̇; z]; some of it may not be finite. Nested duals know that a constant has no derivative, however steep the root of it is.
@@ -51,12 +51,12 @@ template <class = void>
 
 // dr ← dr + the slopes of Jᵀλ = ∂(λ·velocity rows)/∂q̇, for rows of both kinds; backwards, for there may be many coordinates. D is Dual<double, 1>.
 template <class D, class Sc>
-void add_slopes_of_many_reactions(const Sc& scene, double t, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const EffectStates<Sc>& z,
-                                  const Eigen::VectorXd& lambda, Eigen::MatrixXd& dr) {
+void add_slopes_of_many_reactions(const Sc& scene, double t, const Column& q, const Column& qdot, const EffectStates<Sc>& z,
+                                  const Column& lambda, Table& dr) {
   using U = Reverse<D>;
   const Eigen::Index k = scene.dof();
   for (Eigen::Index j = 0; j < 2 * k; ++j) {
-    Vector<D, Dynamic> x = constants<D>(q), v = constants<D>(qdot);
+    Vector<D, Dynamic> x = constants<D>(vector_at<Dynamic>(q.data(), k)), v = constants<D>(vector_at<Dynamic>(qdot.data(), k));
     (j < k ? x[j] : v[j - k]).tangent[0] = 1.0;
     Tape<D> tape(k, 4 * k);
     Vector<U, Dynamic> u(k);
@@ -80,25 +80,23 @@ class SceneSlopesOf final : public SceneSlopes, public SceneRowsOf<Sc> {
   static constexpr int states = Sc::states_at_compile_time;
 
  public:
-  using typename SceneRows::MatrixXd;
-  using typename SceneRows::VectorXd;
   using Slope = SceneSlopes::Slope;
 
   explicit SceneSlopesOf(const Sc& scene) : Base(scene) {}
 
-  AnySolution motion(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const override {
+  AnySolution motion(double t, const Column& q, const Column& qdot, const Column& z) const override {
     AnySolution at;
     if constexpr (Sc::has_constraints) {
-      const auto found = constrained_acceleration(scene_, Q(q), Q(qdot), t, Z(z));
+      const auto found = constrained_acceleration(scene_, Base::template at<Q>(q), Base::template at<Q>(qdot), t, Base::template at<Z>(z));
       at.qddot = found.qddot;
       at.lambda = found.lambda;
     } else {
-      at.qddot = qdot::acceleration(scene_, Q(q), Q(qdot), t, Z(z));
+      at.qddot = qdot::acceleration(scene_, Base::template at<Q>(q), Base::template at<Q>(qdot), t, Base::template at<Z>(z));
     }
     return at;
   }
 
-  void write_residual(double t, const Slope* q, const Slope* qdot, const VectorXd& a, Slope* r) const override {
+  void write_residual(double t, const Slope* q, const Slope* qdot, const Column& a, Slope* r) const override {
     const Eigen::Index k = scene_.dof();
     const Vector<Slope, n> found =
         lagrange_residual<n>(scene_.system().energies(), vector_at<n>(q, k), vector_at<n>(qdot, k), converted<Slope>(vector_at<n>(a.data(), k)), Slope(t));
@@ -122,24 +120,24 @@ class SceneSlopesOf final : public SceneSlopes, public SceneRowsOf<Sc> {
     }
   }
 
-  void add_slopes_of_rows([[maybe_unused]] double t, [[maybe_unused]] const VectorXd& q, [[maybe_unused]] const VectorXd& qdot,
-                          [[maybe_unused]] const VectorXd& z, [[maybe_unused]] const AnySolution& at, [[maybe_unused]] MatrixXd& dr,
-                          [[maybe_unused]] MatrixXd& dc) const override {
+  void add_slopes_of_rows([[maybe_unused]] double t, [[maybe_unused]] const Column& q, [[maybe_unused]] const Column& qdot,
+                          [[maybe_unused]] const Column& z, [[maybe_unused]] const AnySolution& at, [[maybe_unused]] Table& dr,
+                          [[maybe_unused]] Table& dc) const override {
     if constexpr (Sc::has_constraints) {
       this->write_slopes_of_accelerations(t, q, qdot, at.qddot, z, dc);
-      if constexpr (n == Dynamic) add_slopes_of_many_reactions<Slope>(scene_, t, q, qdot, Z(z), at.lambda, dr);
+      if constexpr (n == Dynamic) add_slopes_of_many_reactions<Slope>(scene_, t, q, qdot, Base::template at<Z>(z), at.lambda, dr);
       else this->add_slopes_of_reactions(t, q, qdot, at.lambda, z, dr);
     }
   }
 
-  bool solved_sparsely([[maybe_unused]] double t, [[maybe_unused]] const VectorXd& q, [[maybe_unused]] const VectorXd& qdot,
-                       [[maybe_unused]] const VectorXd& z, [[maybe_unused]] const MatrixXd& dr, [[maybe_unused]] const MatrixXd& dc,
-                       [[maybe_unused]] MatrixXd& slopes) const override {
+  bool solved_sparsely([[maybe_unused]] double t, [[maybe_unused]] const Column& q, [[maybe_unused]] const Column& qdot,
+                       [[maybe_unused]] const Column& z, [[maybe_unused]] const Table& dr, [[maybe_unused]] const Table& dc,
+                       [[maybe_unused]] Table& slopes) const override {
     if constexpr (may_be_sparse<Sc>) {
       SparseSystem sparse;
-      if (!sparse.compute(scene_, q, qdot, t, Z(z), default_rank_cutoff)) return false;
+      if (!sparse.compute(scene_, vector_at<Dynamic>(q.data(), q.size()), vector_at<Dynamic>(qdot.data(), qdot.size()), t, Base::template at<Z>(z), default_rank_cutoff)) return false;
       for (Eigen::Index j = 0; j < dr.cols(); ++j) {
-        VectorXd column = vector_at<Dynamic>(dr.data() + j * dr.rows(), dr.rows()), rows = vector_at<Dynamic>(dc.data() + j * dc.rows(), dc.rows());
+        Eigen::VectorXd column = vector_at<Dynamic>(dr.data() + j * dr.rows(), dr.rows()), rows = vector_at<Dynamic>(dc.data() + j * dc.rows(), dc.rows());
         if (!sparse.factors->solve(sparse.J, column, rows)) return false;
         std::copy_n(column.data(), column.size(), slopes.data() + j * dr.rows());
       }

@@ -16,10 +16,10 @@ namespace qdot::detail {
 template <class>
 void write_scene_jacobian(const SceneSlopes& scene, double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::MatrixXd> J) {
   using Slope = SceneSlopes::Slope;
-  const Eigen::Index states = scene.initial_states().size(), k = (y.size() - states) / 2;
-  const Eigen::VectorXd q = vector_at<Dynamic>(y.data(), k), qdot = vector_at<Dynamic>(y.data() + k, k), z = vector_at<Dynamic>(y.data() + 2 * k, states);
+  const Eigen::Index states = scene.states(), k = (y.size() - states) / 2;
+  const Column q(y.data(), k), qdot(y.data() + k, k), z(y.data() + 2 * k, states);
   const AnySolution at = scene.motion(t, q, qdot, z);
-  Eigen::MatrixXd dr = zeros<Eigen::MatrixXd>(k, y.size()), dc = zeros<Eigen::MatrixXd>(at.lambda.size(), y.size());  // of both right sides
+  Table dr(k, y.size(), 0.0), dc(at.lambda.size(), y.size(), 0.0);  // of both right sides
   for (Eigen::Index j = 0; j < y.size(); ++j)
     for (Eigen::Index i = 0; i < y.size(); ++i) J(i, j) = i < k && j == k + i ? 1.0 : 0.0;
   const auto n = static_cast<std::size_t>(k);
@@ -35,7 +35,7 @@ void write_scene_jacobian(const SceneSlopes& scene, double t, const Eigen::Vecto
     along = 0.0;
   }
   scene.add_slopes_of_rows(t, q, qdot, z, at, dr, dc);
-  Eigen::MatrixXd slopes(k, y.size());
+  Table slopes(k, y.size());
   if (!scene.solved_sparsely(t, q, qdot, z, dr, dc, slopes)) slopes = constrained_slopes(scene, t, q, qdot, z, dr, dc);
   for (Eigen::Index j = 0; j < y.size(); ++j)
     for (Eigen::Index i = 0; i < k; ++i) J(k + i, j) = slopes(i, j);

@@ -17,8 +17,8 @@
 #include "qdot/effects/contact.hpp"
 #include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/impact.hpp"
+#include "qdot/effects/rows/columns.hpp"
 #include "qdot/error.hpp"
-#include "qdot/mechanics/mass_and_rhs.hpp"
 
 namespace qdot::detail {
 
@@ -48,13 +48,14 @@ template <class Rows = SceneRows>
 class SceneRows {
  public:
   using VectorXd = Eigen::VectorXd;
-  using MatrixXd = Eigen::MatrixXd;
 
   virtual ~SceneRows() = default;
-  Eigen::Index rows() const { return static_cast<Eigen::Index>(of_positions_.size()); }
-  bool is_of_positions(Eigen::Index row) const { return of_positions_[static_cast<std::size_t>(row)] != 0; }  // or else of velocities alone
+  SceneRows(const SceneRows&) = delete;
+  SceneRows& operator=(const SceneRows&) = delete;
+  Eigen::Index rows() const { return rows_; }
+  bool is_of_positions(Eigen::Index row) const { return of_positions_[row] != 0; }  // or else of velocities alone
   bool has_rows(bool of_positions) const {
-    return std::find(of_positions_.begin(), of_positions_.end(), static_cast<char>(of_positions)) != of_positions_.end();
+    return std::find(of_positions_, of_positions_ + rows_, static_cast<char>(of_positions)) != of_positions_ + rows_;
   }
   bool has_lasting_constraints() const { return has_lasting_constraints_; }
 
@@ -63,6 +64,7 @@ class SceneRows {
     if (parts_.size() != count_) find_parts(*this, parts_);
     return parts_;
   }
+  virtual Eigen::Index states() const = 0;
   virtual VectorXd initial_states() const = 0;
   Eigen::Index count() const { return static_cast<Eigen::Index>(count_); }
   VectorXd with_all_active(VectorXd z) const {
@@ -81,44 +83,51 @@ class SceneRows {
   }
   bool is_free(const VectorXd& z) const { return !has_lasting_constraints_ && active_rows(z).empty(); }
 
-  virtual double sticking_limit(Eigen::Index part, double t, const VectorXd& q, const VectorXd& qdot) const = 0;
-  virtual MatrixXd mass_matrix(double t, const VectorXd& q, const VectorXd& qdot) const = 0;
-  virtual MassAndRhs<double, Dynamic> mass_and_rhs(double t, const VectorXd& q, const VectorXd& qdot) const = 0;         // without forces of effects
-  virtual VectorXd applied_forces(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;               // empty where there are none
-  virtual MatrixXd jacobian(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
-  virtual VectorXd residual(double t, const VectorXd& q, const VectorXd& z) const = 0;                        // φ
-  virtual VectorXd velocity(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;  // φ̇ and a
-  virtual VectorXd row_accelerations(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& a, const VectorXd& z) const = 0;  // φ̈, ȧ with q̈ = a
+  virtual double sticking_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const = 0;
+  virtual Table mass_matrix(double t, const Column& q, const Column& qdot) const = 0;
+  virtual void write_mass_and_rhs(double t, const Column& q, const Column& qdot, Table& M, Column& r) const = 0;  // without forces of effects
+  virtual Column applied_forces(double t, const Column& q, const Column& qdot, const Column& z) const = 0;               // empty where there are none
+  virtual Table jacobian(double t, const Column& q, const Column& qdot, const Column& z) const = 0;
+  virtual Column residual(double t, const Column& q, const Column& z) const = 0;                        // φ
+  virtual Column velocity(double t, const Column& q, const Column& qdot, const Column& z) const = 0;  // φ̇ and a
+  virtual Column row_accelerations(double t, const Column& q, const Column& qdot, const Column& a, const Column& z) const = 0;  // φ̈, ȧ with q̈ = a
   virtual std::vector<std::string> row_names() const = 0;
   virtual std::vector<std::string> coordinate_names() const = 0;
   /// J q̈ = γ.
-  VectorXd gamma(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const {
-    VectorXd gamma = row_accelerations(t, q, qdot, zeros<VectorXd>(q.size()), z);
-    for (Eigen::Index i = 0; i < gamma.size(); ++i) gamma[i] = -gamma[i];
-    return gamma;
+  Column gamma(double t, const Column& q, const Column& qdot, const Column& z) const {
+    return negated(row_accelerations(t, q, qdot, Column(q.size(), 0.0), z));
   }
   /// Generalized forces without those of constraints.
-  VectorXd rhs(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const {
-    VectorXd f = mass_and_rhs(t, q, qdot).r;
-    const VectorXd Q = applied_forces(t, q, qdot, z);
+  Column rhs(double t, const Column& q, const Column& qdot, const Column& z) const {
+    Table M;
+    Column f;
+    write_mass_and_rhs(t, q, qdot, M, f);
+    const Column Q = applied_forces(t, q, qdot, z);
     for (Eigen::Index i = 0; i < Q.size(); ++i) f[i] += Q[i];
     return f;
   }
 
   /// @throws NonFinite  with the effect whose force is not finite
-  virtual void require_finite_forces(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
+  virtual void require_finite_forces(double t, const Column& q, const Column& qdot, const Column& z) const = 0;
   /// @throws NonFinite  with what made accelerations a that are not finite
-  virtual void require_finite_acceleration(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& a) const = 0;
+  virtual void require_finite_acceleration(double t, const Column& q, const Column& qdot, const Column& a) const = 0;
   /// @throws NonFinite  with the constraint whose rows are not finite
-  void require_finite_rows(double t, const MatrixXd& values) const {
+  void require_finite_rows(double t, const Table& values) const {
     for (Eigen::Index i = 0; i < values.rows(); ++i)
       for (Eigen::Index j = 0; j < values.cols(); ++j)
         if (!std::isfinite(values(i, j))) throw_row_not_finite(i, t);
   }
+  void require_finite_column(double t, const Column& values) const {
+    for (Eigen::Index i = 0; i < values.size(); ++i)
+      if (!std::isfinite(values[i])) throw_row_not_finite(i, t);
+  }
 
  protected:
-  std::vector<char> of_positions_;  // of each row
-  std::size_t count_ = 0;           // of contacts and frictions
+  SceneRows() = default;
+
+  Eigen::Index rows_ = 0;
+  const char* of_positions_ = nullptr;  // of each row
+  std::size_t count_ = 0;               // of contacts and frictions
   bool has_lasting_constraints_ = false;
 
  private:

@@ -49,49 +49,53 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
                 "qdot: beside contacts and dry friction every constraint must have a number of rows known at compile time");
 
  public:
-  using VectorXd = Eigen::VectorXd;
-
   explicit SceneRowsOf(const Sc& scene) : scene_(scene) {
     this->has_lasting_constraints_ = Sc::has_lasting_constraints;
     this->count_ = Sc::phases_at_compile_time;
+    if constexpr (Sc::constraints_at_compile_time == Dynamic) kinds_.resize(static_cast<std::size_t>(scene.row_counts().total));
+    else kinds_.resize(Sc::constraints_at_compile_time);
+    this->rows_ = static_cast<Eigen::Index>(kinds_.count());
+    this->of_positions_ = kinds_.data();
+    char* kind = kinds_.data();
     std::size_t k = 0;
     for_each(scene.effects(), [&](const auto& e) {
       using E = std::remove_cvref_t<decltype(e)>;
-      if constexpr (ConstraintEffect<E, n>)
-        this->of_positions_.resize(this->of_positions_.size() + static_cast<std::size_t>(rows_of_constraint<E>(scene, k++)), HolonomicEffect<E, n>);
+      if constexpr (ConstraintEffect<E, n>) kind = std::fill_n(kind, rows_of_constraint<E>(scene, k++), static_cast<char>(HolonomicEffect<E, n>));
     });
   }
 
-  VectorXd initial_states() const override { return scene_.initial_states(); }
+  Eigen::Index states() const override { return Sc::states_at_compile_time; }
+  Eigen::VectorXd initial_states() const override { return scene_.initial_states(); }
 
-  double sticking_limit([[maybe_unused]] Eigen::Index part, [[maybe_unused]] double t, [[maybe_unused]] const VectorXd& q,
-                        [[maybe_unused]] const VectorXd& qdot) const override {
+  double sticking_limit([[maybe_unused]] Eigen::Index part, [[maybe_unused]] double t, [[maybe_unused]] const Column& q,
+                        [[maybe_unused]] const Column& qdot) const override {
     double limit = 0.0;
     if constexpr (Sc::has_phases)
       for_each_switching(scene_, [&]([[maybe_unused]] Eigen::Index k, [[maybe_unused]] const auto& e, Eigen::Index, Eigen::Index) {
         if constexpr (!is_contact<decltype(e)>)
-          if (k == part) limit = e.sticking_limit(Q(q), Q(qdot), t);
+          if (k == part) limit = e.sticking_limit(at<Q>(q), at<Q>(qdot), t);
       });
     return limit;
   }
-  Eigen::MatrixXd mass_matrix(double t, const VectorXd& q, const VectorXd& qdot) const override {
-    return qdot::mass_matrix(scene_.system(), Q(q), Q(qdot), t);
+  Table mass_matrix(double t, const Column& q, const Column& qdot) const override {
+    return Matrix<double, n>(qdot::mass_matrix(scene_.system(), at<Q>(q), at<Q>(qdot), t));
   }
-  MassAndRhs<double, Dynamic> mass_and_rhs(double t, const VectorXd& q, const VectorXd& qdot) const override {
-    const MassAndRhs<double, n> both = qdot::mass_and_rhs(scene_.system(), Q(q), Q(qdot), t);
-    return {both.M, both.r};
+  void write_mass_and_rhs(double t, const Column& q, const Column& qdot, Table& M, Column& r) const override {
+    const MassAndRhs<double, n> both = qdot::mass_and_rhs(scene_.system(), at<Q>(q), at<Q>(qdot), t);
+    M = both.M;
+    r = both.r;
   }
-  VectorXd applied_forces([[maybe_unused]] double t, [[maybe_unused]] const VectorXd& q, [[maybe_unused]] const VectorXd& qdot,
-                          [[maybe_unused]] const VectorXd& z) const override {
-    if constexpr (Sc::has_forces) return effect_forces(scene_, Q(q), Q(qdot), Z(z), t);
+  Column applied_forces([[maybe_unused]] double t, [[maybe_unused]] const Column& q, [[maybe_unused]] const Column& qdot,
+                        [[maybe_unused]] const Column& z) const override {
+    if constexpr (Sc::has_forces) return effect_forces(scene_, at<Q>(q), at<Q>(qdot), at<Z>(z), t);
     else return {};
   }
-  void require_finite_forces([[maybe_unused]] double t, [[maybe_unused]] const VectorXd& q, [[maybe_unused]] const VectorXd& qdot,
-                             [[maybe_unused]] const VectorXd& z) const override {
-    if constexpr (Sc::has_forces) qdot::detail::require_finite_forces(scene_, Q(q), Q(qdot), t, Z(z));
+  void require_finite_forces([[maybe_unused]] double t, [[maybe_unused]] const Column& q, [[maybe_unused]] const Column& qdot,
+                             [[maybe_unused]] const Column& z) const override {
+    if constexpr (Sc::has_forces) qdot::detail::require_finite_forces(scene_, at<Q>(q), at<Q>(qdot), t, at<Z>(z));
   }
-  void require_finite_acceleration(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& a) const override {
-    qdot::detail::require_finite_acceleration(scene_, Q(a), Q(q), Q(qdot), t);
+  void require_finite_acceleration(double t, const Column& q, const Column& qdot, const Column& a) const override {
+    qdot::detail::require_finite_acceleration(scene_, at<Q>(a), at<Q>(q), at<Q>(qdot), t);
   }
   std::vector<std::string> row_names() const override { return constraint_names(scene_); }
   std::vector<std::string> coordinate_names() const override { return qdot::detail::coordinate_names(scene_); }
@@ -103,23 +107,30 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
   template <class E>
   static constexpr bool is_contact = UnilateralEffect<std::remove_cvref_t<E>, n>;
 
+  template <class V>
+  static V at(const Column& x) {
+    return vector_at<V::RowsAtCompileTime>(x.data(), x.size());
+  }
+
   const Sc& scene_;
 
  private:
+  SmallStore<char, Sc::constraints_at_compile_time == Dynamic ? 0 : static_cast<std::size_t>(Sc::constraints_at_compile_time)> kinds_;
+
   using Base = RowsByDuals<size_of_rows<n>>;
   using typename Base::Number;
   using typename Base::Slope;
 
-  void write_rows(const Number* q, const Number* qdot, const Number& t, const VectorXd& z, Number* out) const override { write(q, qdot, t, z, out); }
-  void write_rows(const Slope* q, const Slope* qdot, const Slope& t, const VectorXd& z, Slope* out) const override { write(q, qdot, t, z, out); }
+  void write_rows(const Number* q, const Number* qdot, const Number& t, const Column& z, Number* out) const override { write(q, qdot, t, z, out); }
+  void write_rows(const Slope* q, const Slope* qdot, const Slope& t, const Column& z, Slope* out) const override { write(q, qdot, t, z, out); }
 
   template <class S>
-  void write(const S* q, const S* qdot, const S& t, const VectorXd& z, S* out) const {
+  void write(const S* q, const S* qdot, const S& t, const Column& z, S* out) const {
     Vector<S, n> x(scene_.dof()), v(scene_.dof());
     std::copy_n(q, x.size(), x.data());
     std::copy_n(qdot, v.size(), v.data());
     std::size_t k = 0;
-    for_each_constraint(scene_, Z(z), [&](const auto& e, bool is_active) {
+    for_each_constraint(scene_, at<Z>(z), [&](const auto& e, bool is_active) {
       using E = std::remove_cvref_t<decltype(e)>;
       const Eigen::Index rows = rows_of_constraint<E>(scene_, k++);
       if (!is_active) {

@@ -13,7 +13,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
-#include <utility>
+#include <type_traits>
 
 #include "qdot/effects/equations/constraint_geometry.hpp"
 #include "qdot/effects/equations/scene_rows_of.hpp"
@@ -81,36 +81,37 @@ class SparseGeometry final : public ConstraintGeometry {
  public:
   /// @param traced  equations that a run has traced, or nothing
   SparseGeometry(const Sc& scene, const SceneRows& rows, double t, double cutoff, TracedConstraints* traced)
-      : scene_(scene), rows_(rows), t_(t), cutoff_(cutoff), given_(traced) {}
+      : scene_(scene), t_(t), cutoff_(cutoff), given_(traced), dense_(rows, t, cutoff) {}
 
-  void move_to(const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const VectorXd* kept) override {
+  void move_to(const Column& q, const Column& qdot, const Column& z, const Column* kept = nullptr) override {
     traced_ = nullptr;
+    is_dense_ = false;
     if (kept == nullptr) {
-      const EffectStates<Sc> states = z;
-      if (given_ && given_->move_to(q.data(), qdot.data(), t_, states.data())) traced_ = given_;
-      if (!traced_ && !sparse_) sparse_.emplace();
-      if (traced_ || sparse_->compute(scene_, q, qdot, t_, states, cutoff_)) return dense_.reset();
+      if (given_ && given_->move_to(q.data(), qdot.data(), t_, z.data())) traced_ = given_;
+      if (traced_) return;
+      if (!sparse_) sparse_.emplace();
+      if (sparse_->compute(scene_, q, qdot, t_, vector_at<Sc::states_at_compile_time>(z.data(), z.size()), cutoff_)) return;
     }
     sparse_.reset();
-    dense_ = dense_geometry(rows_, t_, cutoff_);
-    dense_->move_to(q, qdot, z, kept);
+    is_dense_ = true;
+    dense_.move_to(q, qdot, z, kept);
   }
   void require_finite() const override {
-    if (dense_) dense_->require_finite();
+    if (is_dense_) dense_.require_finite();
   }
 
-  VectorXd displacement(const VectorXd& r) override {
-    if (dense_) return dense_->displacement(r);
-    VectorXd step = zeros<VectorXd>(size()), wanted = r;
+  Column displacement(const Column& r) override {
+    if (is_dense_) return dense_.displacement(r);
+    Eigen::VectorXd step = zeros<Eigen::VectorXd>(size()), wanted = r;
     if (traced_ ? traced_->displacement(wanted.data(), step.data()) : sparse_->factors->solve(sparse_->J, step, wanted)) return step;
     make_dense();
-    return dense_->displacement(r);
+    return dense_.displacement(r);
   }
-  VectorXd displacement(const VectorXd& r, const VectorXd& size) override {
-    if (!dense_) {
+  Column displacement(const Column& r, const Column& size) override {
+    if (!is_dense_) {
       BandedMatrix metric(size.size(), 0);
       for (Eigen::Index j = 0; j < size.size(); ++j) metric(j, j) = 1.0 / (size[j] * size[j]);
-      VectorXd step = zeros<VectorXd>(size.size()), multipliers = r;
+      Eigen::VectorXd step = zeros<Eigen::VectorXd>(size.size()), multipliers = r;
       const std::unique_ptr<SparseFactors> factors = sparse_factors();
       // Newton's iteration corrects what rows that depend on others leave over.
       if (factors->compute(metric, jacobian(), massless_pivot, clearly_independent * cutoff_ * cutoff_, redundant_pivot) &&
@@ -118,25 +119,25 @@ class SparseGeometry final : public ConstraintGeometry {
         return step;
       make_dense();
     }
-    return dense_->displacement(r, size);
+    return dense_.displacement(r, size);
   }
 
-  Eigen::Index rank() const override { return dense_ ? dense_->rank() : traced_ ? static_cast<Eigen::Index>(traced_->rank()) : sparse_->factors->rank(); }
+  Eigen::Index rank() const override { return is_dense_ ? dense_.rank() : traced_ ? static_cast<Eigen::Index>(traced_->rank()) : sparse_->factors->rank(); }
   bool has_dependent_rows() const override {
-    if (dense_) return dense_->has_dependent_rows();
+    if (is_dense_) return dense_.has_dependent_rows();
     Eigen::Index asked = 0;
     for (std::size_t i = 0; i < jacobian().size(); ++i) asked += length(static_cast<Eigen::Index>(i)) > 0.0 ? 1 : 0;
     return rank() < asked;
   }
-  double reach(Eigen::Index row, const VectorXd& x) const override {
-    if (dense_) return dense_->reach(row, x);
+  double reach(Eigen::Index row, const Column& x) const override {
+    if (is_dense_) return dense_.reach(row, x);
     double sum = 0.0;
     const auto i = static_cast<std::size_t>(row);
     for (const auto* e = jacobian().begin(i); e != jacobian().end(i); ++e) sum += std::abs(e->value) * x[e->column];
     return sum;
   }
   double length(Eigen::Index row) const override {
-    if (dense_) return dense_->length(row);
+    if (is_dense_) return dense_.length(row);
     double sum = 0.0;
     const auto i = static_cast<std::size_t>(row);
     for (const auto* e = jacobian().begin(i); e != jacobian().end(i); ++e) sum += e->value * e->value;
@@ -149,29 +150,34 @@ class SparseGeometry final : public ConstraintGeometry {
 
   [[gnu::cold]] void make_dense() {
     const SparseRows& rows = jacobian();
-    Eigen::MatrixXd J = zeros<Eigen::MatrixXd>(static_cast<Eigen::Index>(rows.size()), size());
+    Table J(static_cast<Eigen::Index>(rows.size()), size(), 0.0);
     for (std::size_t i = 0; i < rows.size(); ++i)
       for (const auto* e = rows.begin(i); e != rows.end(i); ++e) J(static_cast<Eigen::Index>(i), e->column) = e->value;
-    dense_ = dense_geometry(rows_, t_, cutoff_, (traced_ ? traced_->mass() : sparse_->M).dense(), std::move(J));
+    dense_.factor(Table((traced_ ? traced_->mass() : sparse_->M).dense()), J);
+    is_dense_ = true;
     sparse_.reset();
     traced_ = nullptr;
   }
 
   const Sc& scene_;
-  const SceneRows& rows_;
   double t_, cutoff_;
   TracedConstraints* given_;
   TracedConstraints* traced_ = nullptr;        // one of these three, if the geometry is somewhere
   std::optional<SparseSystem> sparse_;
-  std::unique_ptr<ConstraintGeometry> dense_;
+  DenseGeometry<> dense_;
+  bool is_dense_ = false;
 };
+
+// Which geometry a scene has.
+template <class Sc>
+using GeometryOf = std::conditional_t<may_be_sparse<Sc>, SparseGeometry<Sc>, DenseGeometry<>>;
 
 /// Displacements of a scene, which the geometry refers to as to its rows; `traced` as above.
 template <class Sc>
-std::unique_ptr<ConstraintGeometry> constraint_geometry([[maybe_unused]] const Sc& scene, const SceneRows& rows, double t, double cutoff,
-                                                        [[maybe_unused]] TracedConstraints* traced = nullptr) {
-  if constexpr (may_be_sparse<Sc>) return std::make_unique<SparseGeometry<Sc>>(scene, rows, t, cutoff, traced);
-  else return dense_geometry(rows, t, cutoff);
+GeometryOf<Sc> constraint_geometry([[maybe_unused]] const Sc& scene, const SceneRows& rows, double t, double cutoff,
+                                   [[maybe_unused]] TracedConstraints* traced = nullptr) {
+  if constexpr (may_be_sparse<Sc>) return SparseGeometry<Sc>(scene, rows, t, cutoff, traced);
+  else return DenseGeometry<>(rows, t, cutoff);
 }
 
 }  // namespace qdot::detail
@@ -183,17 +189,19 @@ template <class Sys, class... Effects>
 Conditioning conditioning(const Scene<Sys, Effects...>& scene, const Eigen::VectorXd& y, double t) {
   using Sc = Scene<Sys, Effects...>;
   const Eigen::Index dof = scene.dof();
-  const Eigen::VectorXd q = detail::vector_at<Dynamic>(y.data(), dof), qdot = detail::vector_at<Dynamic>(y.data() + dof, dof),
-                        z = detail::vector_at<Dynamic>(y.data() + 2 * dof, y.size() - 2 * dof);
+  const double* const first = y.data();
+  const EffectStates<Sc> z = detail::vector_at<Sc::states_at_compile_time>(first + 2 * dof, y.size() - 2 * dof);
   if constexpr (detail::may_be_sparse<Sc>) {
     constexpr Eigen::Index most_dense = 128;
     constexpr double dependent = detail::clearly_independent * default_rank_cutoff * default_rank_cutoff;
     detail::SparseSystem sparse;
+    const auto of = [&](const double* numbers) { return detail::vector_at<Dynamic>(numbers, dof); };
     if (dof > most_dense &&
-        (sparse.compute(scene, q, qdot, t, EffectStates<Sc>(z), default_rank_cutoff) || sparse.factors->smallest_pivot() <= dependent))
+        (sparse.compute(scene, of(first), of(first + dof), t, z, default_rank_cutoff) || sparse.factors->smallest_pivot() <= dependent))
       return {.mass = 1.0, .constraints = std::max(0.0, sparse.factors->smallest_pivot()), .weakest_constraint = sparse.factors->weakest_constraint()};
   }
-  return detail::dense_conditioning(detail::SceneRowsOf<Sc>(scene), t, q, qdot, z);
+  return detail::dense_conditioning(detail::SceneRowsOf<Sc>(scene), t, detail::Column(first, dof), detail::Column(first + dof, dof), detail::Column(z),
+                                    detail::is_free(scene, z));
 }
 
 }  // namespace qdot

@@ -16,6 +16,7 @@ namespace qdot::detail {
 /// What the choice of phases asks.
 class SwitchingScene : public virtual SceneRows {
  public:
+  using VectorXd = Eigen::VectorXd;
   struct Forces {
     VectorXd lambda;
     Eigen::Index rank = 0;  // of the rows that are active
@@ -25,7 +26,12 @@ class SwitchingScene : public virtual SceneRows {
   virtual Forces forces(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
   virtual Forces forces_without_lines(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const = 0;
   virtual std::unique_ptr<ConstraintGeometry> geometry(double t) const = 0;
-  void project(double t, VectorXd& q, VectorXd& qdot, const VectorXd& z) const { projected(*this, *geometry(t), q, qdot, t, z); }
+  void project(double t, VectorXd& q, VectorXd& qdot, const VectorXd& z) const {
+    Column x(q), v(qdot);
+    projected(*this, *geometry(t), x, v, t, z);
+    q = x;
+    qdot = v;
+  }
 };
 
 /// That of a scene. Holds a reference to it.
@@ -37,6 +43,8 @@ class SwitchingSceneOf final : public SwitchingScene, public SceneRowsOf<Sc> {
   using Base::scene_;
 
  public:
+  using VectorXd = Eigen::VectorXd;
+
   explicit SwitchingSceneOf(const Sc& scene) : Base(scene) {}
 
   VectorXd acceleration(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z) const override {
@@ -53,7 +61,9 @@ class SwitchingSceneOf final : public SwitchingScene, public SceneRowsOf<Sc> {
     const auto solution = constrained_without_lines(scene_, Q(q), Q(qdot), t, Z(z), default_rank_cutoff);
     return {solution.lambda, solution.rank};
   }
-  std::unique_ptr<ConstraintGeometry> geometry(double t) const override { return constraint_geometry(scene_, *this, t, default_rank_cutoff); }
+  std::unique_ptr<ConstraintGeometry> geometry(double t) const override {
+    return std::make_unique<GeometryOf<Sc>>(constraint_geometry(scene_, *this, t, default_rank_cutoff));
+  }
 };
 
 }  // namespace qdot::detail

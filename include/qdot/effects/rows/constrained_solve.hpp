@@ -30,20 +30,29 @@
 #include <string>
 #include <vector>
 
+#include "qdot/effects/rows/columns.hpp"
 #include "qdot/effects/rows/constraint_rows.hpp"
 #include "qdot/effects/rows/dependent_rows.hpp"
+#include "qdot/mechanics/equations/cholesky.hpp"
 #include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot {
 
-/// Accelerations and multipliers, M q̈ = f + Jᵀλ.
-template <int n, int m>
-struct ConstrainedSolution {
-  Vector<double, n> qddot;
-  Vector<double, m> lambda;       ///< Jᵀλ is the force of the constraints on the system
+namespace detail {
+
+template <class N, class M>
+struct SolutionOf {
+  N qddot;
+  M lambda;                       ///< Jᵀλ is the force of the constraints on the system
   Eigen::Index rank = 0;          ///< of the constraints; below their number when some are redundant
   double smallest_pivot = 1.0;    ///< of the scaled J M⁻¹ Jᵀ, squared sine of the worst row's angle to those before it; by sparse factors about that
 };
+
+}  // namespace detail
+
+/// Accelerations and multipliers, M q̈ = f + Jᵀλ.
+template <int n, int m>
+struct ConstrainedSolution : detail::SolutionOf<Vector<double, n>, Vector<double, m>> {};
 
 /// Relative size below which a row of J counts as dependent on the others.
 inline constexpr double default_rank_cutoff = 1e-5;
@@ -70,12 +79,35 @@ inline constexpr double clearly_independent = 100.0;
 // Pivots of a row below this fraction are rounding: it says what the rows before it say.
 inline constexpr double redundant_pivot = 1e-12;
 
-// Factors of one configuration, used for accelerations and for both projections.
+// Types of what factors hold: of n coordinates and m rows that the compiler knows, and of any number.
 template <int n, int m>
-class ConstrainedFactors {
+struct KnownSizes {
+  using N = Vector<double, n>;
+  using M = Vector<double, m>;
+  using NN = Matrix<double, n>;
+  using MN = Matrix<double, m, n>;
+  using NM = Matrix<double, n, m>;
+  using MM = Matrix<double, m>;
+};
+struct AnySizes {
+  using N = Column;
+  using M = Column;
+  using NN = Table;
+  using MN = Table;
+  using NM = Table;
+  using MM = Table;
+};
+
+// Factors of one configuration, used for accelerations and for both projections.
+template <class Sizes>
+class FactorsOf {
+  using N = typename Sizes::N;
+  using M = typename Sizes::M;
+  using Solution = SolutionOf<N, M>;
+
  public:
-  ConstrainedFactors(const Matrix<double, n>& M, const Matrix<double, m, n>& J, double cutoff) : M_(M), J_(J), cutoff_(cutoff) {
-    definite_ = cholesky_.compute(M) && cholesky_.smallest_pivot() > massless_pivot;
+  FactorsOf(const typename Sizes::NN& mass, const typename Sizes::MN& J, double cutoff) : M_(mass), J_(J), cutoff_(cutoff) {
+    definite_ = cholesky_.compute(mass) && cholesky_.smallest_pivot() > massless_pivot;
     if (!definite_) return;
     // Bᵀ = L⁻¹ Jᵀ with columns scaled to length one.
     Bt_.resize(J.cols(), J.rows());
@@ -89,7 +121,7 @@ class ConstrainedFactors {
       for (Eigen::Index j = 0; j < J.cols(); ++j) Bt_(j, i) /= scale_[i];
       if (length == 0) ++idle_;
     }
-    Matrix<double, m> schur(J.rows(), J.rows());
+    typename Sizes::MM schur(J.rows(), J.rows());
     for (Eigen::Index j = 0; j < J.rows(); ++j)
       for (Eigen::Index i = j; i < J.rows(); ++i) schur(i, j) = dot(column(i), column(j), J.cols());
     if (idle_ > 0)
@@ -111,8 +143,8 @@ class ConstrainedFactors {
 
   // q̈ and λ for a force f and γ; names and time are for messages only.
   template <class Names>
-  ConstrainedSolution<n, m> solution(const Vector<double, n>& f, const Vector<double, m>& gamma, double t, const Names& names) const {
-    ConstrainedSolution<n, m> s;
+  Solution solution(const N& f, const M& gamma, double t, const Names& names) const {
+    Solution s;
     if (!definite_) {
       const std::vector<double> both = pivoted_solution(of_run_time_size(M_), of_run_time_size(J_), f.data(), gamma.data(), t, names(), names.coordinates());
       s.qddot.resize(M_.rows());
@@ -124,8 +156,10 @@ class ConstrainedFactors {
     }
     s.rank = rank_;
     s.smallest_pivot = smallest_pivot_;
-    s.qddot = cholesky_.solve(f);  // a₀
-    Vector<double, m> g(J_.rows());
+    s.qddot = f;  // M⁻¹ f = a₀
+    cholesky_.solve_lower(s.qddot);
+    cholesky_.solve_upper(s.qddot);
+    M g(J_.rows());
     double size = 0.0;
     for (Eigen::Index i = 0; i < J_.rows(); ++i) {
       double sum = 0.0, terms = std::abs(gamma[i]);
@@ -136,7 +170,7 @@ class ConstrainedFactors {
       g[i] = (gamma[i] - sum) / scale_[i];
       size = std::max(size, terms / scale_[i]);
     }
-    Vector<double, n> d;
+    N d;
     nearest(g, size, d, s.lambda, t, names);
     cholesky_.solve_upper(d);
     for (Eigen::Index i = 0; i < J_.rows(); ++i) s.lambda[i] /= scale_[i];
@@ -146,8 +180,8 @@ class ConstrainedFactors {
 
   // The smallest displacement in the metric of M with J x = r.
   template <class Names>
-  Vector<double, n> displacement(const Vector<double, m>& r, double t, const Names& names) const {
-    Vector<double, n> d;
+  N displacement(const M& r, double t, const Names& names) const {
+    N d;
     if (!definite_) {
       Eigen::MatrixXd Jt(J_.cols(), J_.rows());
       for (Eigen::Index i = 0; i < J_.rows(); ++i)
@@ -157,7 +191,7 @@ class ConstrainedFactors {
       std::copy_n(shortest.d.data(), d.size(), d.data());
       return d;
     }
-    Vector<double, m> g(r.size()), lambda;
+    M g(r.size()), lambda;
     for (Eigen::Index i = 0; i < r.size(); ++i) g[i] = r[i] / scale_[i];
     // Newton's iteration corrects what dependent rows leave over; contradictions show in its residual.
     nearest(g, std::numeric_limits<double>::infinity(), d, lambda, t, names);
@@ -168,10 +202,12 @@ class ConstrainedFactors {
  private:
   // The shortest d with B d = g, and λ with d = Bᵀλ (both in scaled rows).
   template <class Names>
-  void nearest(const Vector<double, m>& g, double size, Vector<double, n>& d, Vector<double, m>& lambda, double t,
+  void nearest(const M& g, double size, N& d, M& lambda, double t,
                const Names& names) const {
     if (regular_ && (idle_ == 0 || asks_nothing_of_idle_rows(g))) {
-      lambda = schur_.solve(g);
+      lambda = g;
+      schur_.solve_lower(lambda);
+      schur_.solve_upper(lambda);
       d.resize(Bt_.rows());
       std::fill_n(d.data(), d.size(), 0.0);
       for (Eigen::Index i = 0; i < g.size(); ++i) add(d.data(), lambda[i], column(i), d.size());
@@ -189,24 +225,30 @@ class ConstrainedFactors {
 
   const double* column(Eigen::Index i) const { return Bt_.data() + i * Bt_.rows(); }
 
-  bool asks_nothing_of_idle_rows(const Vector<double, m>& g) const {
+  bool asks_nothing_of_idle_rows(const M& g) const {
     for (Eigen::Index i = 0; i < g.size(); ++i)
       if (g[i] != 0.0 && largest(column(i), Bt_.rows()) == 0.0) return false;
     return true;
   }
 
-  Matrix<double, n> M_;
-  Matrix<double, m, n> J_;
+  typename Sizes::NN M_;
+  typename Sizes::MN J_;
   double cutoff_;
-  Cholesky<double, n> cholesky_;
-  Matrix<double, n, m> Bt_;  // a row of numbers where n = 1, and so with columns all the same
-  Vector<double, m> scale_;
-  Cholesky<double, m> schur_;
+  CholeskyOf<double, typename Sizes::NN> cholesky_;
+  typename Sizes::NM Bt_;  // a row of numbers where n = 1, and so with columns all the same
+  M scale_;
+  CholeskyOf<double, typename Sizes::MM> schur_;
   bool definite_ = false;
   bool regular_ = false;
   Eigen::Index rank_ = 0;
   Eigen::Index idle_ = 0;  // rows of zeros
   double smallest_pivot_ = 1.0;
+};
+
+template <int n, int m>
+class ConstrainedFactors : public FactorsOf<KnownSizes<n, m>> {
+ public:
+  using FactorsOf<KnownSizes<n, m>>::FactorsOf;
 };
 
 // The names that a message may need, made only when it does.

@@ -18,27 +18,26 @@
 
 namespace qdot {
 
-/// The factor L of a symmetric positive definite matrix of fixed or run-time size.
-///
-/// @tparam S  any scalar with a square root
-/// @tparam n  size, or Dynamic
-template <class S, int n>
-class Cholesky {
+namespace detail {
+
+/// The factor L of a symmetric positive definite matrix of a type M, with entries S.
+template <class S, class M>
+class CholeskyOf {
  public:
   /// Factors M, of which the lower triangle is read; false, and of no further use, when M is not positive definite.
   ///
   /// n³/6 products.
-  bool compute(const Matrix<S, n>& M) {
+  bool compute(const M& of) {
     using std::sqrt;
-    L_.resize(M.rows(), M.cols());
-    std::copy_n(M.data(), M.size(), L_.data());
+    L_.resize(of.rows(), of.cols());
+    std::copy_n(of.data(), of.size(), L_.data());
     smallest_pivot_ = 1.0;
     weakest_ = 0;
-    for (Eigen::Index k = 0; k < M.rows(); ++k) {
-      S pivot = M(k, k);
+    for (Eigen::Index k = 0; k < of.rows(); ++k) {
+      S pivot = of(k, k);
       for (Eigen::Index j = 0; j < k; ++j) pivot -= L_(k, j) * L_(k, j);
       const double left =
-          static_cast<double>(innermost_value(pivot)) / std::abs(static_cast<double>(innermost_value(M(k, k))));
+          static_cast<double>(innermost_value(pivot)) / std::abs(static_cast<double>(innermost_value(of(k, k))));
       if (!(left > 0.0)) {
         smallest_pivot_ = 0.0;
         weakest_ = k;
@@ -50,8 +49,8 @@ class Cholesky {
       }
       const S root = sqrt(pivot);
       L_(k, k) = root;
-      for (Eigen::Index i = k + 1; i < M.rows(); ++i) {
-        S sum = M(i, k);
+      for (Eigen::Index i = k + 1; i < of.rows(); ++i) {
+        S sum = of(i, k);
         for (Eigen::Index j = 0; j < k; ++j) sum -= L_(i, j) * L_(k, j);
         L_(i, k) = sum / root;
       }
@@ -66,8 +65,8 @@ class Cholesky {
   Eigen::Index weakest_row() const noexcept { return weakest_; }
 
   /// B ← L⁻¹ B, column by column.
-  template <int columns>
-  void solve_lower(Matrix<S, n, columns>& B) const {
+  template <class Columns>
+  void solve_lower(Columns& B) const {
     for (Eigen::Index c = 0; c < B.cols(); ++c)
       for (Eigen::Index i = 0; i < B.rows(); ++i) {
         S sum = B(i, c);
@@ -77,8 +76,8 @@ class Cholesky {
   }
 
   /// B ← L⁻ᵀ B, column by column.
-  template <int columns>
-  void solve_upper(Matrix<S, n, columns>& B) const {
+  template <class Columns>
+  void solve_upper(Columns& B) const {
     for (Eigen::Index c = 0; c < B.cols(); ++c)
       for (Eigen::Index i = B.rows(); i-- > 0;) {
         S sum = B(i, c);
@@ -87,18 +86,28 @@ class Cholesky {
       }
   }
 
+ private:
+  M L_;
+  double smallest_pivot_ = 0.0;
+  Eigen::Index weakest_ = 0;
+};
+
+}  // namespace detail
+
+/// The factor L of a symmetric positive definite matrix of fixed or run-time size.
+///
+/// @tparam S  any scalar with a square root
+/// @tparam n  size, or Dynamic
+template <class S, int n>
+class Cholesky : public detail::CholeskyOf<S, Matrix<S, n>> {
+ public:
   /// M⁻¹ B.
   template <int columns>
   Matrix<S, n, columns> solve(Matrix<S, n, columns> B) const {
-    solve_lower(B);
-    solve_upper(B);
+    this->solve_lower(B);
+    this->solve_upper(B);
     return B;
   }
-
- private:
-  Matrix<S, n> L_;
-  double smallest_pivot_ = 0.0;
-  Eigen::Index weakest_ = 0;
 };
 
 }  // namespace qdot
