@@ -33,6 +33,8 @@ template std::vector<double> pivoted_solution<void>(const Eigen::MatrixXd&, cons
 template bool slopes_in_the_limit<void>(const Eigen::VectorXd&, Eigen::Index, Eigen::MatrixXd&,
                                         const std::function<void(const Eigen::VectorXd&, Eigen::MatrixXd&)>&);
 template Eigen::VectorXd impulses<void>(const Eigen::MatrixXd&, Eigen::VectorXd&, const std::vector<ImpactLaw>&, const Eigen::VectorXd&);
+template void add_names<void>(std::vector<std::string>&, const std::string&, Eigen::Index);
+template void throw_force_not_finite<void>(int, std::size_t, const std::string&, const std::string&, double);
 template void find_parts<SceneRows>(const SceneRows&, std::vector<SwitchingPart>&);
 template class RowsByDuals<1>;
 template class RowsByDuals<2>;

@@ -36,11 +36,20 @@ namespace detail {
 #pragma clang attribute push(__attribute__((always_inline)), apply_to = function)
 #endif
 
+// Written out for few effects: each lambda is a type and a function for each scene.
 template <class Tuple, class Visit>
 constexpr void for_each(const Tuple& effects, Visit&& visit) {
-  [&]<std::size_t... k>(std::index_sequence<k...>) {
-    (visit(std::get<k>(effects)), ...);
-  }(std::make_index_sequence<std::tuple_size_v<Tuple>>());
+  constexpr std::size_t count = std::tuple_size_v<Tuple>;
+  if constexpr (count > 4) {
+    [&]<std::size_t... k>(std::index_sequence<k...>) {
+      (visit(std::get<k>(effects)), ...);
+    }(std::make_index_sequence<count>());
+  } else {
+    if constexpr (count > 0) visit(std::get<0>(effects));
+    if constexpr (count > 1) visit(std::get<1>(effects));
+    if constexpr (count > 2) visit(std::get<2>(effects));
+    if constexpr (count > 3) visit(std::get<3>(effects));
+  }
 }
 
 #if defined(__clang__) && defined(__OPTIMIZE__)

@@ -67,6 +67,18 @@ Vector<S, n> effect_forces(const Scene<Sys, Effects...>& scene, const Vector<S, 
 
 namespace detail {
 
+template <class = void>
+[[noreturn, gnu::cold]] void throw_force_not_finite(int number, std::size_t count, const std::string& name, const std::string& coordinate, double t) {
+  std::string which = sentence({"effect ", number, " of ", count});
+  if (!name.empty()) which += sentence({" ('", name, "')"});
+  throw NonFinite(sentence({"the force of ", which}), t,
+                  sentence({"the force of an effect must be finite, but that of ", which, " on ", coordinate, " is not at t = ", std::to_string(t),
+                            "; look there for a division by zero, or a root or logarithm outside its domain"}));
+}
+#ifdef QDOT_COMPILED
+extern template void throw_force_not_finite<void>(int, std::size_t, const std::string&, const std::string&, double);
+#endif
+
 // Names the effect whose force is not finite, if there is one.
 template <class Sc>
 [[gnu::noinline]] void require_finite_forces(const Sc& scene, const Vector<double, Sc::dof_at_compile_time>& q,
@@ -89,11 +101,9 @@ template <class Sc>
       }();
       for (Eigen::Index i = 0; i < Q.size(); ++i) {
         if (std::isfinite(Q[i])) continue;
-        std::string who = sentence({"effect ", number, " of ", static_cast<long>(std::tuple_size_v<std::remove_cvref_t<decltype(scene.effects())>>)});
-        if constexpr (requires { e.name; }) who += sentence({" ('", e.name, "')"});
-        throw NonFinite(sentence({"the force of ", who}), t,
-                        sentence({"the force of an effect must be finite, but that of ", who, " on ", scene.coordinate_name(i), " is not at t = ",
-                                  std::to_string(t), "; look there for a division by zero, or a root or logarithm outside its domain"}));
+        std::string name;
+        if constexpr (requires { e.name; }) name = e.name;
+        throw_force_not_finite(number, std::tuple_size_v<std::remove_cvref_t<decltype(scene.effects())>>, name, scene.coordinate_name(i), t);
       }
     }
     first += states_of<E>();

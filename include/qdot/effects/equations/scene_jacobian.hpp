@@ -135,7 +135,8 @@ class SceneSlopesOf final : public SceneSlopes, public SceneRowsOf<Sc> {
                        [[maybe_unused]] Table& slopes) const override {
     if constexpr (may_be_sparse<Sc>) {
       SparseSystem sparse;
-      if (!sparse.compute(scene_, vector_at<Dynamic>(q.data(), q.size()), vector_at<Dynamic>(qdot.data(), qdot.size()), t, Base::template at<Z>(z), default_rank_cutoff)) return false;
+      const Eigen::VectorXd x = vector_at<Dynamic>(q.data(), q.size()), v = vector_at<Dynamic>(qdot.data(), qdot.size());
+      if (!sparse.compute(scene_, x, v, t, Base::template at<Z>(z), default_rank_cutoff)) return false;
       for (Eigen::Index j = 0; j < dr.cols(); ++j) {
         Eigen::VectorXd column = vector_at<Dynamic>(dr.data() + j * dr.rows(), dr.rows()), rows = vector_at<Dynamic>(dc.data() + j * dc.rows(), dc.rows());
         if (!sparse.factors->solve(sparse.J, column, rows)) return false;

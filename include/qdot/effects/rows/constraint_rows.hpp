@@ -270,16 +270,26 @@ auto constraint_rows(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q,
                                  constraint_velocity(scene, q, qdot, t, z)};
 }
 
+namespace detail {
+
+template <class = void>
+[[gnu::cold]] void add_names(std::vector<std::string>& names, const std::string& name, Eigen::Index rows) {
+  for (Eigen::Index i = 0; i < rows; ++i) names.push_back(rows == 1 ? name : sentence({name, "[", i, "]"}));
+}
+#ifdef QDOT_COMPILED
+extern template void add_names<void>(std::vector<std::string>&, const std::string&, Eigen::Index);
+#endif
+
+}  // namespace detail
+
 /// Name of each row: the constraint's, numbered where it has several rows.
 template <class Sys, class... Effects>
 std::vector<std::string> constraint_names(const Scene<Sys, Effects...>& scene) {
   std::vector<std::string> names;
-  const Vector<double, Scene<Sys, Effects...>::states_at_compile_time> z = scene.initial_states();
   std::size_t k = 0;
-  detail::for_each_constraint(scene, z, [&](const auto& e, bool) {
-    const Eigen::Index rows = detail::rows_of_constraint<std::remove_cvref_t<decltype(e)>>(scene, k++);
-    for (Eigen::Index i = 0; i < rows; ++i)
-      names.push_back(rows == 1 ? detail::constraint_name(e) : detail::sentence({detail::constraint_name(e), "[", i, "]"}));
+  detail::for_each(scene.effects(), [&](const auto& e) {
+    using E = std::remove_cvref_t<decltype(e)>;
+    if constexpr (ConstraintEffect<E, Sys::dof_at_compile_time>) detail::add_names(names, detail::constraint_name(e), detail::rows_of_constraint<E>(scene, k++));
   });
   return names;
 }
