@@ -45,11 +45,39 @@ template class RowsByDuals<6>;
 template class RowsByDuals<7>;
 template class RowsByDuals<8>;
 template class RowsByDuals<Dynamic>;
-template AnySolution general_constrained_acceleration<void>(const SceneRows&, double, const Column&, const Column&, const Column&, double);
+template AnySolution general_constrained_acceleration<AnySizes>(const SceneRows&, double, const Column&, const Column&, const Column&, double);
+template SolutionOf<Vector<double, 1>, Vector<double, 1>> general_constrained_acceleration<KnownSizes<1, 1>>(
+    const SceneRows&, double, const Vector<double, 1>&, const Vector<double, 1>&, const Column&, double);
+template SolutionOf<Vector<double, 2>, Vector<double, 1>> general_constrained_acceleration<KnownSizes<2, 1>>(
+    const SceneRows&, double, const Vector<double, 2>&, const Vector<double, 2>&, const Column&, double);
+template SolutionOf<Vector<double, 2>, Vector<double, 2>> general_constrained_acceleration<KnownSizes<2, 2>>(
+    const SceneRows&, double, const Vector<double, 2>&, const Vector<double, 2>&, const Column&, double);
+template SolutionOf<Vector<double, 3>, Vector<double, 1>> general_constrained_acceleration<KnownSizes<3, 1>>(
+    const SceneRows&, double, const Vector<double, 3>&, const Vector<double, 3>&, const Column&, double);
+template SolutionOf<Vector<double, 3>, Vector<double, 2>> general_constrained_acceleration<KnownSizes<3, 2>>(
+    const SceneRows&, double, const Vector<double, 3>&, const Vector<double, 3>&, const Column&, double);
+template SolutionOf<Vector<double, 4>, Vector<double, 1>> general_constrained_acceleration<KnownSizes<4, 1>>(
+    const SceneRows&, double, const Vector<double, 4>&, const Vector<double, 4>&, const Column&, double);
+template SolutionOf<Vector<double, 4>, Vector<double, 2>> general_constrained_acceleration<KnownSizes<4, 2>>(
+    const SceneRows&, double, const Vector<double, 4>&, const Vector<double, 4>&, const Column&, double);
 template Table constrained_slopes<void>(const SceneRows&, double, const Column&, const Column&, const Column&, const Table&, const Table&);
 template class DenseGeometry<AnySizes>;
-template Conditioning dense_conditioning<void>(const SceneRows&, double, const Column&, const Column&, const Column&, bool);
+template Conditioning dense_conditioning<AnySizes>(const SceneRows&, double, const double*, const double*, const double*, bool);
+template Conditioning dense_conditioning<KnownSizes<1, 1>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+template Conditioning dense_conditioning<KnownSizes<2, 1>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+template Conditioning dense_conditioning<KnownSizes<2, 2>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+template Conditioning dense_conditioning<KnownSizes<3, 1>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+template Conditioning dense_conditioning<KnownSizes<3, 2>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+template Conditioning dense_conditioning<KnownSizes<4, 1>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+template Conditioning dense_conditioning<KnownSizes<4, 2>>(const SceneRows&, double, const double*, const double*, const double*, bool);
 template ProjectionReport projected<void>(const SceneRows&, ConstraintGeometry&, Column&, Column&, double, const Column&);
+template ProjectionReport projected_by_size<1, 1>(const SceneRows&, Vector<double, 1>&, Vector<double, 1>&, double, double, const Column&);
+template ProjectionReport projected_by_size<2, 1>(const SceneRows&, Vector<double, 2>&, Vector<double, 2>&, double, double, const Column&);
+template ProjectionReport projected_by_size<2, 2>(const SceneRows&, Vector<double, 2>&, Vector<double, 2>&, double, double, const Column&);
+template ProjectionReport projected_by_size<3, 1>(const SceneRows&, Vector<double, 3>&, Vector<double, 3>&, double, double, const Column&);
+template ProjectionReport projected_by_size<3, 2>(const SceneRows&, Vector<double, 3>&, Vector<double, 3>&, double, double, const Column&);
+template ProjectionReport projected_by_size<4, 1>(const SceneRows&, Vector<double, 4>&, Vector<double, 4>&, double, double, const Column&);
+template ProjectionReport projected_by_size<4, 2>(const SceneRows&, Vector<double, 4>&, Vector<double, 4>&, double, double, const Column&);
 template void write_scene_jacobian<void>(const SceneSlopes&, double, const Eigen::VectorXd&, Eigen::Ref<Eigen::MatrixXd>);
 template std::unique_ptr<SparseFactors> sparse_factors<void>();
 template std::unique_ptr<TracedConstraints> traced_constraints<void>(TracedEquations<double>, double);

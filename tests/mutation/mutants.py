@@ -85,7 +85,7 @@ MUTANTS = [
      "K(j, size + i) = J(i, j);", "effects/constraints"),
     (EF + "/rows/constrained_solve.hpp", "free acceleration forgotten", "(gamma[i] - sum) / scale_[i]", "gamma[i] / scale_[i]", "effects/constraints"),
     (EF + "/projection.ipp", "velocities not projected", "qdot_[i] += change_of_qdot[i];", ";", "effects/constraints"),
-    (EF + "/projection.ipp", "Newton's step: sign", "wanted = negated(phi),", "wanted = phi,", "effects/constraints"),
+    (EF + "/projection.ipp", "Newton's step: sign", "wanted = negated(phi);", "wanted = phi;", "effects/constraints"),
     (EF + "/scene_motion.hpp", "power of constraints dropped", "p += qdot.dot(reactions(scene, q, qdot, t, z));", ";", "fuzz/constrained_mechanisms"),
     (EF + "/impact.hpp", "impact: 1 + e to e", "(1 + law.e) * approach / J.dot(W)", "law.e * approach / J.dot(W)", "effects/impact"),
     (EF + "/impact.ipp", "simultaneous impacts: 1 + e to e", "target[i] = (1 + law.e) * u[i];", "target[i] = law.e * u[i];", "effects/impact"),

@@ -45,19 +45,26 @@ namespace detail {
 template <class = void>
 ProjectionReport projected(const SceneRows& rows, ConstraintGeometry& geometry, Column& q, Column& qdot, double t, const Column& z);
 
+// The same for scenes that project after each step, with few rows: as fast as if it were written for the scene.
+template <int n, int m>
+ProjectionReport projected_by_size(const SceneRows& rows, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff, const Column& z);
 // As project() below; `traced` are equations that a run has traced, or nothing.
 template <class Sys, class... Effects, int n>
 ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff,
-                           const EffectStates<Scene<Sys, Effects...>>& z, TracedConstraints* traced) {
+                           const EffectStates<Scene<Sys, Effects...>>& z, [[maybe_unused]] TracedConstraints* traced) {
   using Sc = Scene<Sys, Effects...>;
   static_assert(Sc::has_constraints, "qdot: only a scene with constraints can be projected onto them");
   const SceneRowsOf<Sc> rows(scene);
-  auto geometry = constraint_geometry(scene, rows, t, cutoff, traced);
-  Column x(q), v(qdot);
-  const ProjectionReport report = projected(rows, geometry, x, v, t, Column(z));
-  std::copy_n(x.data(), x.size(), q.data());
-  std::copy_n(v.data(), v.size(), qdot.data());
-  return report;
+  if constexpr (are_few<n, Sc::constraints_at_compile_time>) {
+    return projected_by_size<n, Sc::constraints_at_compile_time>(rows, q, qdot, t, cutoff, Column(z));
+  } else {
+    auto geometry = constraint_geometry(scene, rows, t, cutoff, traced);
+    Column x(q), v(qdot);
+    const ProjectionReport report = projected(rows, geometry, x, v, t, Column(z));
+    std::copy_n(x.data(), x.size(), q.data());
+    std::copy_n(v.data(), v.size(), qdot.data());
+    return report;
+  }
 }
 
 }  // namespace detail
@@ -110,6 +117,13 @@ ConsistentState<n> consistent_state(const Scene<Sys, Effects...>& scene, const S
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
 extern template ProjectionReport projected<void>(const SceneRows&, ConstraintGeometry&, Column&, Column&, double, const Column&);
+extern template ProjectionReport projected_by_size<1, 1>(const SceneRows&, Vector<double, 1>&, Vector<double, 1>&, double, double, const Column&);
+extern template ProjectionReport projected_by_size<2, 1>(const SceneRows&, Vector<double, 2>&, Vector<double, 2>&, double, double, const Column&);
+extern template ProjectionReport projected_by_size<2, 2>(const SceneRows&, Vector<double, 2>&, Vector<double, 2>&, double, double, const Column&);
+extern template ProjectionReport projected_by_size<3, 1>(const SceneRows&, Vector<double, 3>&, Vector<double, 3>&, double, double, const Column&);
+extern template ProjectionReport projected_by_size<3, 2>(const SceneRows&, Vector<double, 3>&, Vector<double, 3>&, double, double, const Column&);
+extern template ProjectionReport projected_by_size<4, 1>(const SceneRows&, Vector<double, 4>&, Vector<double, 4>&, double, double, const Column&);
+extern template ProjectionReport projected_by_size<4, 2>(const SceneRows&, Vector<double, 4>&, Vector<double, 4>&, double, double, const Column&);
 }  // namespace qdot::detail
 #else
 #include "qdot/effects/projection.ipp"

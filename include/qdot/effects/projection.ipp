@@ -9,7 +9,7 @@
 #include <limits>
 #include <string>
 
-#include "qdot/effects/equations/constraint_geometry.hpp"
+#include "qdot/effects/equations/constraint_geometry.ipp"
 #include "qdot/effects/equations/scene_rows.hpp"
 #include "qdot/effects/projection.hpp"
 #include "qdot/effects/rows/columns.hpp"
@@ -18,11 +18,12 @@
 namespace qdot::detail {
 
 // The way from q that takes φ away: the shortest in the metric of M, or that in the metric of sizes (above).
-template <class = void>  // compiled only where it is called
-Column way_back(ConstraintGeometry& geometry, const Column& q, const Column& phi) {
+template <class Geometry, class N, class M>
+N way_back(Geometry& geometry, const N& q, const M& phi) {
   constexpr double epsilon = std::numeric_limits<double>::epsilon();
-  const Column wanted = negated(phi), shortest = geometry.displacement(wanted);
-  Column size = magnitudes(q);
+  const M wanted = negated(phi);
+  const N shortest = geometry.displacement(wanted);
+  N size = magnitudes(q);
   double in_roundings = 0.0;  // the largest |φᵢ|/ρᵢ
   for (Eigen::Index i = 0; i < phi.size(); ++i)
     if (phi[i] != 0.0) in_roundings = std::max(in_roundings, std::abs(phi[i]) / (epsilon * geometry.reach(i, size)));
@@ -38,13 +39,16 @@ Column way_back(ConstraintGeometry& geometry, const Column& q, const Column& phi
 }
 
 // One projection of q and q̇, which it changes in place.
-template <class = void>  // compiled only where it is called
+//
+// N and M are types of a vector for coordinates and of one for rows.
+template <class Geometry, class N, class M>
 class Projection {
  public:
-  Projection(const SceneRows& rows, ConstraintGeometry& geometry, Column& q, Column& qdot, double t, const Column& z)
-      : rows_(rows), geometry_(geometry), q_(q), qdot_(qdot), t_(t), z_(z), q_start_(q), qdot_start_(qdot), phi_(rows.residual(t, q, z)),
-        terms_(phi_.size(), 0.0) {
-    rows.require_finite_column(t, phi_);
+  Projection(const SceneRows& rows, Geometry& geometry, N& q, N& qdot, double t, const Column& z)
+      : rows_(rows), geometry_(geometry), q_(q), qdot_(qdot), t_(t), z_(z), q_start_(q), qdot_start_(qdot) {
+    for (M* const of_rows : {&phi_, &terms_}) of_rows->resize(rows.rows());
+    std::fill_n(terms_.data(), terms_.size(), 0.0);
+    look_at_positions();
     report_.residual_before = report_.residual = largest(phi_);
   }
 
@@ -64,6 +68,11 @@ class Projection {
   static constexpr double nearby = 1e-8, negligible = 1e-3 * epsilon;
   static constexpr int most_iterations = 25;
 
+  void look_at_positions() {
+    rows_.write_residual(t_, q_.data(), z_.data(), phi_.data());
+    rows_.require_finite_column(t_, phi_.data());
+  }
+
   // Newton's method for q, until a step is rounding.
   void project_positions() {
     double last_change = std::numeric_limits<double>::infinity();
@@ -72,14 +81,13 @@ class Projection {
       const bool is_first = report_.iterations == 0;
       if (!(distance_ <= nearby)) factor_for_positions();
       if (is_first) measure_terms();
-      const Column step = way_back(geometry_, q_, phi_);
+      const N step = way_back(geometry_, q_, phi_);
       ++report_.iterations;
       const double change = relative_size(step);
       if (!all_finite(step.data(), step.size())) fail("a Newton step is not finite");
       for (Eigen::Index i = 0; i < q_.size(); ++i) q_[i] += step[i];
       distance_ += change;
-      phi_ = rows_.residual(t_, q_, z_);
-      rows_.require_finite_column(t_, phi_);
+      look_at_positions();
       report_.residual = largest(phi_);
       const bool at_rounding = change < projection_limits::at_rounding;
       const bool no_better = change < projection_limits::may_stand_still && change > 0.5 * last_change;
@@ -97,7 +105,7 @@ class Projection {
     if (!rows_.has_rows(false)) return;
     of_positions_ = of_positions_ || geometry_.has_dependent_rows();
     if (!of_positions_) return;
-    Column kept(rows_.rows());
+    M kept(phi_);
     for (Eigen::Index i = 0; i < kept.size(); ++i) kept[i] = rows_.is_of_positions(i) ? 1.0 : 0.0;
     geometry_.move_to(q_, qdot_, z_, &kept);
     distance_ = 0.0;
@@ -109,7 +117,7 @@ class Projection {
 
   // Changes count beside the coordinates, or beside 1 where these are zero; in a row whose coordinates are all small, beside its own terms.
   void measure_terms() {
-    const Column sizes = magnitudes(q_);
+    const N sizes = magnitudes(q_);
     for (Eigen::Index i = 0; i < phi_.size(); ++i) {
       terms_[i] = geometry_.reach(i, sizes);
       if (terms_[i] > 0.0) terms_[i] = std::max(terms_[i], projection_limits::rounding_of_zero * geometry_.length(i));  // below are roundings of what is zero
@@ -117,11 +125,11 @@ class Projection {
     }
     is_small_ = is_small_ && !geometry_.has_dependent_rows();  // dependent rows keep residuals of rounding size
   }
-  double relative_size(const Column& step) const {
+  double relative_size(const N& step) const {
     double change = 0.0;  // relative to the size of each coordinate
     for (Eigen::Index i = 0; i < q_.size(); ++i) change = std::max(change, std::abs(step[i]) / (1.0 + std::abs(q_[i])));
     if (is_small_) {
-      const Column sizes = magnitudes(step);
+      const N sizes = magnitudes(step);
       for (Eigen::Index i = 0; i < phi_.size(); ++i)
         if (terms_[i] > 0.0) change = std::max(change, geometry_.reach(i, sizes) / terms_[i]);
     }
@@ -156,19 +164,19 @@ class Projection {
 
   // One linear step of q̇, with the factors at hand where these are near enough.
   void project_velocities() {
-    phi_ = rows_.velocity(t_, q_, qdot_, z_);
-    const Column speed = magnitudes(qdot_);
+    rows_.write_velocity(t_, q_.data(), qdot_.data(), z_.data(), phi_.data());
+    const N speed = magnitudes(qdot_);
     double reach = 0.0;
     for (Eigen::Index i = 0; i < phi_.size(); ++i) reach = std::max(reach, geometry_.reach(i, speed));
     if (distance_ * largest(phi_) > negligible * reach) factor_here();
     phi_ = negated(phi_);
-    const Column before = phi_;
-    const Column change_of_qdot = geometry_.displacement(phi_);
+    const M before = phi_;
+    const N change_of_qdot = geometry_.displacement(phi_);
     for (Eigen::Index i = 0; i < q_.size(); ++i) qdot_[i] += change_of_qdot[i];
-    phi_ = rows_.velocity(t_, q_, qdot_, z_);
-    rows_.require_finite_column(t_, phi_);
+    rows_.write_velocity(t_, q_.data(), qdot_.data(), z_.data(), phi_.data());
+    rows_.require_finite_column(t_, phi_.data());
     report_.velocity_residual = largest(phi_);
-    Column own(phi_.size());  // sizes of the terms of each row
+    M own(phi_);  // sizes of the terms of each row
     for (Eigen::Index i = 0; i < phi_.size(); ++i) own[i] = geometry_.reach(i, speed) + std::abs(before[i]);
     const double rounding_of_others = 1e-6 * largest(own), size_of_qdot = largest(qdot_start_);
     for (Eigen::Index i = 0; i < phi_.size(); ++i)
@@ -186,24 +194,30 @@ class Projection {
   }
 
   const SceneRows& rows_;
-  ConstraintGeometry& geometry_;
-  Column &q_, &qdot_;
+  Geometry& geometry_;
+  N &q_, &qdot_;
   double t_;
   const Column& z_;
-  Column q_start_, qdot_start_;
-  Column phi_;  // φ, then J q̇ + ∂φ/∂t
+  N q_start_, qdot_start_;
+  M phi_;  // φ, then J q̇ + ∂φ/∂t
   double distance_ = std::numeric_limits<double>::infinity();  // of q from where geometry is, relative as changes are
   bool of_positions_ = false;  // geometry has the rows of positions only
-  Column terms_;    // of each row, their size at the start
-  Column length_;   // of the rows of J
+  M terms_;    // of each row, their size at the start
+  M length_;   // of the rows of J
   bool is_small_ = false;      // some row has small coordinates only
   ProjectionReport report_;
 };
 
 template <class>
-ProjectionReport projected(const SceneRows& rows, ConstraintGeometry& geometry, Column& q, Column& qdot, double t,
-                           const Column& z) {
-  return Projection<>(rows, geometry, q, qdot, t, z).run();
+ProjectionReport projected(const SceneRows& rows, ConstraintGeometry& geometry, Column& q, Column& qdot, double t, const Column& z) {
+  return Projection<ConstraintGeometry, Column, Column>(rows, geometry, q, qdot, t, z).run();
+}
+
+template <int n, int m>
+ProjectionReport projected_by_size(const SceneRows& rows, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff, const Column& z) {
+  using Sizes = KnownSizes<n, m>;
+  DenseGeometry<Sizes> geometry(rows, t, cutoff);
+  return Projection<DenseGeometry<Sizes>, Vector<double, n>, Vector<double, m>>(rows, geometry, q, qdot, t, z).run();
 }
 
 }  // namespace qdot::detail

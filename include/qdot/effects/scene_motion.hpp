@@ -115,11 +115,15 @@ template <class Sc>
     if constexpr (Sc::has_forces) Q = effect_forces(scene, q, qdot, z, t);
     if (sparse_solution(scene, q, qdot, t, z, Q, cutoff, solution)) return solution;
   }
-  const AnySolution found = general_constrained_acceleration(SceneRowsOf<Sc>(scene), t, q, qdot, z, cutoff);
-  solution.qddot = vector_at<Sc::dof_at_compile_time>(found.qddot.data(), found.qddot.size());
-  solution.lambda = vector_at<Sc::constraints_at_compile_time>(found.lambda.data(), found.lambda.size());
-  solution.rank = found.rank;
-  solution.smallest_pivot = found.smallest_pivot;
+  constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
+  const auto take = [&](const auto& found) {
+    solution.qddot = vector_at<n>(found.qddot.data(), found.qddot.size());
+    solution.lambda = vector_at<m>(found.lambda.data(), found.lambda.size());
+    solution.rank = found.rank;
+    solution.smallest_pivot = found.smallest_pivot;
+  };
+  if constexpr (are_few<n, m>) take(general_constrained_acceleration<KnownSizes<n, m>>(SceneRowsOf<Sc>(scene), t, q, qdot, Column(z), cutoff));
+  else take(general_constrained_acceleration<AnySizes>(SceneRowsOf<Sc>(scene), t, Column(q), Column(qdot), Column(z), cutoff));
   return solution;
 }
 

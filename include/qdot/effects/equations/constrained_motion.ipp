@@ -13,27 +13,38 @@
 
 namespace qdot::detail {
 
-template <class>
-AnySolution general_constrained_acceleration(const SceneRows& rows, double t, const Column& q, const Column& qdot, const Column& z,
-                                             double cutoff) {
-  const Column Q = rows.applied_forces(t, q, qdot, z);
-  const Table J = rows.jacobian(t, q, qdot, z);
-  const Column gamma = rows.gamma(t, q, qdot, z);
-  if (all_finite(q.data(), q.size()) && all_finite(qdot.data(), qdot.size())) {
-    Table both(J.rows(), J.cols() + 1);  // one after the other: the first row is named
-    std::copy_n(gamma.data(), gamma.size(), std::copy_n(J.data(), J.size(), both.data()));
+template <class Sizes>
+SolutionOf<typename Sizes::N, typename Sizes::M> general_constrained_acceleration(const SceneRows& rows, double t, const typename Sizes::N& q,
+                                                                                  const typename Sizes::N& qdot, const Column& z, double cutoff) {
+  const Eigen::Index n = q.size();
+  const Column x(q.data(), n), v(qdot.data(), n), Q = rows.applied_forces(t, x, v, z), second = rows.gamma(t, x, v, z);
+  typename Sizes::MN J;
+  J.resize(rows.rows(), n);
+  rows.write_jacobian(t, x.data(), v.data(), z.data(), J.data());
+  if (all_finite(x.data(), n) && all_finite(v.data(), n) && !(all_finite(J.data(), J.size()) && all_finite(second.data(), second.size()))) {
+    Table both(J.rows(), n + 1);  // one after the other: the first row is named
+    std::copy_n(second.data(), second.size(), std::copy_n(J.data(), J.size(), both.data()));
     rows.require_finite_rows(t, both);
   }
-  if (!all_finite(Q.data(), Q.size())) rows.require_finite_forces(t, q, qdot, z);
-  Table M;
-  Column f, sums(q.size(), 0.0);  // of M, for one that is not finite is not singular
-  rows.write_mass_and_rhs(t, q, qdot, M, f);
-  for (Eigen::Index j = 0; j < q.size(); ++j)
-    for (Eigen::Index i = 0; i < q.size(); ++i) sums[i] += M(i, j);
-  rows.require_finite_acceleration(t, q, qdot, sums);
+  if (!all_finite(Q.data(), Q.size())) rows.require_finite_forces(t, x, v, z);
+  typename Sizes::NN mass;
+  mass.resize(n, n);
+  typename Sizes::N f;
+  f.resize(n);
+  rows.write_mass_and_rhs(t, x, v, mass.data(), f.data());
+  const auto require_finite = [&](const double* a) {
+    if (!all_finite(a, n)) rows.require_finite_acceleration(t, x, v, Column(a, n));
+  };
+  Column sums(n, 0.0);  // of M, for one that is not finite is not singular
+  for (Eigen::Index j = 0; j < n; ++j)
+    for (Eigen::Index i = 0; i < n; ++i) sums[i] += mass(i, j);
+  require_finite(sums.data());
   for (Eigen::Index i = 0; i < Q.size(); ++i) f[i] += Q[i];
-  AnySolution solution = FactorsOf<AnySizes>(M, J, cutoff).solution(f, gamma, t, NamesOfRows{rows});
-  rows.require_finite_acceleration(t, q, qdot, solution.qddot);
+  typename Sizes::M gamma;
+  gamma.resize(rows.rows());
+  std::copy_n(second.data(), second.size(), gamma.data());
+  const auto solution = FactorsOf<Sizes>(mass, J, cutoff).solution(f, gamma, t, NamesOfRows{rows});
+  require_finite(solution.qddot.data());
   return solution;
 }
 

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <type_traits>
 
 #include "qdot/effects/equations/scene_rows.hpp"
 #include "qdot/effects/rows/columns.hpp"
@@ -45,33 +46,40 @@ class ConstraintGeometry {
   virtual double length(Eigen::Index row) const = 0;
 };
 
+struct NoFace {};
+
 /// That by dense factors. Refers to the rows. No allocation for small scenes whose rows are independent.
+///
+/// @tparam Sizes  AnySizes; or KnownSizes of scenes that run projects often, and then no face
 template <class Sizes = AnySizes>
-class DenseGeometry final : public ConstraintGeometry {
+class DenseGeometry final : public std::conditional_t<std::is_same_v<Sizes, AnySizes>, ConstraintGeometry, NoFace> {
+  using N = typename Sizes::N;
+  using M = typename Sizes::M;
+
  public:
   /// @param cutoff  relative size below which a row of J counts as dependent
   DenseGeometry(const SceneRows& rows, double t, double cutoff) : rows_(rows), t_(t), cutoff_(cutoff) {}
 
-  void move_to(const Column& q, const Column& qdot, const Column& z, const Column* kept = nullptr) override;
-  void factor(const Table& M, const Table& J);
-  void require_finite() const override;
-  Column displacement(const Column& r) override;
-  Column displacement(const Column& r, const Column& size) override;
-  Eigen::Index rank() const override;
-  bool has_dependent_rows() const override;
-  double reach(Eigen::Index row, const Column& x) const override;
-  double length(Eigen::Index row) const override;
+  void move_to(const N& q, const N& qdot, const Column& z, const M* kept = nullptr);
+  void factor(const typename Sizes::NN& mass, const typename Sizes::MN& J);
+  void require_finite() const;
+  N displacement(const M& r);
+  N displacement(const M& r, const N& size);
+  Eigen::Index rank() const;
+  bool has_dependent_rows() const;
+  double reach(Eigen::Index row, const N& x) const;
+  double length(Eigen::Index row) const;
 
  private:
   const SceneRows& rows_;
   double t_, cutoff_;
-  Table J_;
+  typename Sizes::MN J_;
   std::optional<FactorsOf<Sizes>> factors_;
 };
 
 /// Conditioning of a scene by dense factors, in phases in which it is free or not.
-template <class = void>
-Conditioning dense_conditioning(const SceneRows& rows, double t, const Column& q, const Column& qdot, const Column& z, bool is_free);
+template <class Sizes>
+Conditioning dense_conditioning(const SceneRows& rows, double t, const double* q, const double* qdot, const double* z, bool is_free);
 
 }  // namespace detail
 }  // namespace qdot
@@ -79,7 +87,14 @@ Conditioning dense_conditioning(const SceneRows& rows, double t, const Column& q
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
 extern template class DenseGeometry<AnySizes>;
-extern template Conditioning dense_conditioning<void>(const SceneRows&, double, const Column&, const Column&, const Column&, bool);
+extern template Conditioning dense_conditioning<AnySizes>(const SceneRows&, double, const double*, const double*, const double*, bool);
+extern template Conditioning dense_conditioning<KnownSizes<1, 1>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+extern template Conditioning dense_conditioning<KnownSizes<2, 1>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+extern template Conditioning dense_conditioning<KnownSizes<2, 2>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+extern template Conditioning dense_conditioning<KnownSizes<3, 1>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+extern template Conditioning dense_conditioning<KnownSizes<3, 2>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+extern template Conditioning dense_conditioning<KnownSizes<4, 1>>(const SceneRows&, double, const double*, const double*, const double*, bool);
+extern template Conditioning dense_conditioning<KnownSizes<4, 2>>(const SceneRows&, double, const double*, const double*, const double*, bool);
 }  // namespace qdot::detail
 #else
 #include "qdot/effects/equations/constraint_geometry.ipp"

@@ -4,6 +4,7 @@
 // The functions of constraint_geometry.hpp. A program that links qdot::compiled has them from there.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 
 #include "qdot/effects/equations/constraint_geometry.hpp"
@@ -14,33 +15,42 @@
 namespace qdot::detail {
 
 template <class Sizes>
-void DenseGeometry<Sizes>::move_to(const Column& q, const Column& qdot, const Column& z, const Column* kept) {
-  Table J = rows_.jacobian(t_, q, qdot, z);
+void DenseGeometry<Sizes>::move_to(const N& q, const N& qdot, const Column& z, const M* kept) {
+  typename Sizes::MN J;
+  J.resize(rows_.rows(), q.size());
+  rows_.write_jacobian(t_, q.data(), qdot.data(), z.data(), J.data());
   if (kept != nullptr)
     for (Eigen::Index j = 0; j < J.cols(); ++j)
       for (Eigen::Index i = 0; i < J.rows(); ++i) J(i, j) *= (*kept)[i];
-  factor(rows_.mass_matrix(t_, q, qdot), J);
+  typename Sizes::NN mass;
+  mass.resize(q.size(), q.size());
+  rows_.write_mass_matrix(t_, q.data(), qdot.data(), mass.data());
+  factor(mass, J);
 }
 
 template <class Sizes>
-void DenseGeometry<Sizes>::factor(const Table& M, const Table& J) {
+void DenseGeometry<Sizes>::factor(const typename Sizes::NN& mass, const typename Sizes::MN& J) {
   J_ = J;
-  factors_.emplace(M, J_, cutoff_);
+  factors_.emplace(mass, J_, cutoff_);
 }
 
 template <class Sizes>
 void DenseGeometry<Sizes>::require_finite() const {
-  rows_.require_finite_rows(t_, J_);
+  for (Eigen::Index j = 0; j < J_.cols(); ++j)
+    for (Eigen::Index i = 0; i < J_.rows(); ++i)
+      if (!std::isfinite(J_(i, j))) rows_.require_finite_rows(t_, Table(J_));
 }
 
 template <class Sizes>
-Column DenseGeometry<Sizes>::displacement(const Column& r) {
+auto DenseGeometry<Sizes>::displacement(const M& r) -> N {
   return factors_->displacement(r, t_, NamesOfRows{rows_});
 }
 
 template <class Sizes>
-Column DenseGeometry<Sizes>::displacement(const Column& r, const Column& size) {
-  Table metric(size.size(), size.size(), 0.0);
+auto DenseGeometry<Sizes>::displacement(const M& r, const N& size) -> N {
+  typename Sizes::NN metric;
+  metric.resize(size.size(), size.size());
+  std::fill_n(metric.data(), metric.size(), 0.0);
   for (Eigen::Index j = 0; j < size.size(); ++j) metric(j, j) = 1.0 / (size[j] * size[j]);
   return FactorsOf<Sizes>(metric, J_, cutoff_).displacement(r, t_, NamesOfRows{rows_});
 }
@@ -58,7 +68,7 @@ bool DenseGeometry<Sizes>::has_dependent_rows() const {
 }
 
 template <class Sizes>
-double DenseGeometry<Sizes>::reach(Eigen::Index row, const Column& x) const {
+double DenseGeometry<Sizes>::reach(Eigen::Index row, const N& x) const {
   double sum = 0.0;
   for (Eigen::Index j = 0; j < J_.cols(); ++j) sum += std::abs(J_(row, j)) * x[j];
   return sum;
@@ -71,15 +81,20 @@ double DenseGeometry<Sizes>::length(Eigen::Index row) const {
   return std::sqrt(sum);
 }
 
-template <class>
-Conditioning dense_conditioning(const SceneRows& rows, double t, const Column& q, const Column& qdot, const Column& z, bool is_free) {
-  const Table M = rows.mass_matrix(t, q, qdot);
+template <class Sizes>
+Conditioning dense_conditioning(const SceneRows& rows, double t, const double* q, const double* qdot, const double* z, bool is_free) {
+  typename Sizes::NN mass;
+  mass.resize(rows.dof(), rows.dof());
+  rows.write_mass_matrix(t, q, qdot, mass.data());
   if (is_free) {
-    CholeskyOf<double, Table> cholesky;
-    cholesky.compute(M);
+    CholeskyOf<double, typename Sizes::NN> cholesky;
+    cholesky.compute(mass);
     return {.mass = cholesky.smallest_pivot()};
   }
-  const FactorsOf<AnySizes> factors(M, rows.jacobian(t, q, qdot, z), default_rank_cutoff);
+  typename Sizes::MN J;
+  J.resize(rows.rows(), rows.dof());
+  rows.write_jacobian(t, q, qdot, z, J.data());
+  const FactorsOf<Sizes> factors(mass, J, default_rank_cutoff);
   return {factors.mass_pivot(), factors.constraint_pivot(), factors.weakest_constraint()};
 }
 

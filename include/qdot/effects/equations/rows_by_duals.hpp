@@ -1,19 +1,18 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// J, φ̇, φ̈ and their slopes by dual numbers of one kind.
+// J, φ̇, φ̈ and their slopes by dual numbers of two kinds.
 //
-// The functors of constraints are run on the kind of numbers that T and V are run on, Dual<Dual<Dual<double, 1>, 1>, k>: with outer parts ε_i, a middle
-// part η and an inner part δ. What is asked for is a matter of what these parts are at first:
+// φ, φ̇ and J take one direction at a time, Dual<double, 1>. For the rest the functors of constraints are run on the kind of numbers that T and V are run
+// on, Dual<Dual<Dual<double, 1>, 1>, k>: with outer parts ε_i, a middle part η and an inner part δ. What is asked for is a matter of what these parts are
+// at first:
 //
-//     J       q + ε_i                                        the ε_i part of φ; of a, with q̇ + ε_i
 //     φ̈       q + q̇ δ + (q̇ + q̈ δ) η ,  t + δ + η            the ηδ part of φ
 //     ȧ       q + q̇ δ ,  q̇ + q̈ δ ,  t + δ                   the δ part of a
 //     ∂φ̈/∂y   the same with ε_i on q_i, or on both q̇_i       the ε_i ηδ part
 //     ∂J/∂y   q + ε_i, and δ on one component of y           the ε_i δ part
 //
-// So a functor is compiled once for all of it. More is computed than each question needs; runs ask for lines (mechanics/derive/kept_rates.hpp) first.
-// φ and φ̇ alone, of which there are more, are found by Dual<double, 1>.
+// So a functor is compiled twice for all of it. More is computed than each question needs; runs ask for lines (mechanics/derive/kept_rates.hpp) first.
 
 #include <Eigen/Core>
 
@@ -31,9 +30,9 @@ inline constexpr int size_of_rows = n >= 1 && n <= unrolled_limit ? n : Dynamic;
 template <int n>
 class RowsByDuals : public virtual SceneRows {
  public:
-  Table jacobian(double t, const Column& q, const Column& qdot, const Column& z) const override;
-  Column residual(double t, const Column& q, const Column& z) const override;
-  Column velocity(double t, const Column& q, const Column& qdot, const Column& z) const override;
+  void write_jacobian(double t, const double* q, const double* qdot, const double* z, double* J) const override;
+  void write_residual(double t, const double* q, const double* z, double* phi) const override;
+  void write_velocity(double t, const double* q, const double* qdot, const double* z, double* velocity) const override;
   Column row_accelerations(double t, const Column& q, const Column& qdot, const Column& a, const Column& z) const override;
   /// dc ← −∂φ̈/∂y and −∂ȧ/∂y at fixed q̈ = a, for y = [q; q̇] in the first 2n columns.
   void write_slopes_of_accelerations(double t, const Column& q, const Column& qdot, const Column& a, const Column& z, Table& dc) const;
@@ -42,11 +41,15 @@ class RowsByDuals : public virtual SceneRows {
 
  protected:
   using Number = TermDual<Spare, n>;
-  using Slope = Dual<double, 1>;
 
-  /// out ← φ of rows that restrict positions, and a of the others; rows of parts that are not active are zero.
-  virtual void write_rows(const Number* q, const Number* qdot, const Number& t, const Column& z, Number* out) const = 0;
-  virtual void write_rows(const Slope* q, const Slope* qdot, const Slope& t, const Column& z, Slope* out) const = 0;
+  /// φ of rows that restrict positions, and a of the others; rows of parts that are not active are zero.
+  virtual void write_rows(const Number* q, const Number* qdot, const Number& t, const double* z, Number* out) const = 0;
+  /// The same as values and slopes along one direction; null stands for a direction of zeros.
+  struct Along {
+    const double *q = nullptr, *qdot = nullptr;
+    double t = 0.0;
+  };
+  virtual void write_rows(double t, const double* q, const double* qdot, const double* z, const Along& along, double* values, double* slopes) const = 0;
 };
 
 }  // namespace qdot::detail

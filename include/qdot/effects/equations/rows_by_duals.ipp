@@ -17,13 +17,13 @@ inline std::size_t part(Eigen::Index i) { return static_cast<std::size_t>(i); }
 template <class Number, int n>
 using OfCoordinates = SmallStore<Number, n == Dynamic ? 0 : static_cast<std::size_t>(n)>;
 template <class Number>
-using OfRows = SmallStore<Number, 8>;
+using OfRows = SmallStore<Number, 4>;
 
-template <class Number, class Store>
-Store as_numbers(const Column& x) {
-  Store numbers;
-  numbers.resize(part(x.size()));
-  for (Eigen::Index i = 0; i < x.size(); ++i) numbers[part(i)] = Number(x[i]);
+template <class Number, int n>
+OfCoordinates<Number, n> as_numbers(const double* x, Eigen::Index count) {
+  OfCoordinates<Number, n> numbers;
+  numbers.resize(part(count));
+  for (Eigen::Index i = 0; i < count; ++i) numbers[part(i)] = Number(x[i]);
   return numbers;
 }
 
@@ -34,7 +34,7 @@ struct NumbersOfMotion {
   Number t;
 
   NumbersOfMotion(const Column& x, const Column& v, double time, const Column* a = nullptr)
-      : q(as_numbers<Number, OfCoordinates<Number, n>>(x)), qdot(as_numbers<Number, OfCoordinates<Number, n>>(v)), t(time) {
+      : q(as_numbers<Number, n>(x.data(), x.size())), qdot(as_numbers<Number, n>(v.data(), v.size())), t(time) {
     if (a == nullptr) return;
     t.value.value.tangent[0] = t.value.tangent[0].value = 1.0;
     for (Eigen::Index i = 0; i < x.size(); ++i) {
@@ -53,47 +53,35 @@ OfRows<Number> for_rows(Eigen::Index rows) {
 }
 
 template <int n>
-Table RowsByDuals<n>::jacobian(double t, const Column& q, const Column& qdot, const Column& z) const {
-  Table J(rows(), q.size(), 0.0);
-  OfRows<Number> found = for_rows<Number>(rows());
+void RowsByDuals<n>::write_jacobian(double t, const double* q, const double* qdot, const double* z, double* J) const {
+  Column along(dof(), 0.0), values(rows()), slopes(rows());
   for (const bool of_positions : {true, false}) {
     if (!has_rows(of_positions)) continue;
-    NumbersOfMotion<Number, n> m(q, qdot, t);
-    for (Eigen::Index first = 0; first < q.size(); first += Number::directions) {
-      const Eigen::Index end = std::min<Eigen::Index>(q.size(), first + Number::directions);
-      OfCoordinates<Number, n>& seeds = of_positions ? m.q : m.qdot;
-      for (Eigen::Index j = first; j < end; ++j) seeds[part(j)].tangent[part(j - first)].value.value = 1.0;
-      write_rows(m.q.data(), m.qdot.data(), m.t, z, found.data());
-      for (Eigen::Index j = first; j < end; ++j) {
-        seeds[part(j)].tangent[part(j - first)].value.value = 0.0;
-        for (Eigen::Index i = 0; i < rows(); ++i)
-          if (is_of_positions(i) == of_positions) J(i, j) = found[part(i)].tangent[part(j - first)].value.value;
-      }
+    const Along direction = of_positions ? Along{.q = along.data()} : Along{.qdot = along.data()};
+    for (Eigen::Index j = 0; j < dof(); ++j) {
+      along[j] = 1.0;
+      write_rows(t, q, qdot, z, direction, values.data(), slopes.data());
+      along[j] = 0.0;
+      for (Eigen::Index i = 0; i < rows(); ++i)
+        if (is_of_positions(i) == of_positions) J[i + j * rows()] = slopes[i];
     }
   }
-  return J;
 }
 
 template <int n>
-Column RowsByDuals<n>::residual(double t, const Column& q, const Column& z) const {
-  const auto x = as_numbers<Slope, OfCoordinates<Slope, n>>(q);
-  auto found = for_rows<Slope>(rows());
-  write_rows(x.data(), x.data(), Slope(t), z, found.data());
-  Column phi(rows());
-  for (Eigen::Index i = 0; i < rows(); ++i) phi[i] = is_of_positions(i) ? found[part(i)].value : 0.0;
-  return phi;
+void RowsByDuals<n>::write_residual(double t, const double* q, const double* z, double* phi) const {
+  Column slopes(rows());
+  write_rows(t, q, q, z, {}, phi, slopes.data());
+  for (Eigen::Index i = 0; i < rows(); ++i)
+    if (!is_of_positions(i)) phi[i] = 0.0;
 }
 
 template <int n>
-Column RowsByDuals<n>::velocity(double t, const Column& q, const Column& qdot, const Column& z) const {
-  auto x = as_numbers<Slope, OfCoordinates<Slope, n>>(q);
-  const auto v = as_numbers<Slope, OfCoordinates<Slope, n>>(qdot);
-  for (Eigen::Index i = 0; i < q.size(); ++i) x[part(i)].tangent[0] = qdot[i];
-  auto found = for_rows<Slope>(rows());
-  write_rows(x.data(), v.data(), Slope::variable(t, 0), z, found.data());
-  Column rates(rows());
-  for (Eigen::Index i = 0; i < rows(); ++i) rates[i] = is_of_positions(i) ? found[part(i)].tangent[0] : found[part(i)].value;
-  return rates;
+void RowsByDuals<n>::write_velocity(double t, const double* q, const double* qdot, const double* z, double* velocity) const {
+  Column values(rows());
+  write_rows(t, q, qdot, z, {.q = qdot, .t = 1.0}, values.data(), velocity);
+  for (Eigen::Index i = 0; i < rows(); ++i)
+    if (!is_of_positions(i)) velocity[i] = values[i];
 }
 
 template <int n>
@@ -101,7 +89,7 @@ Column RowsByDuals<n>::row_accelerations(double t, const Column& q, const Column
                                          const Column& z) const {
   const NumbersOfMotion<Number, n> m(q, qdot, t, &a);
   OfRows<Number> found = for_rows<Number>(rows());
-  write_rows(m.q.data(), m.qdot.data(), m.t, z, found.data());
+  write_rows(m.q.data(), m.qdot.data(), m.t, z.data(), found.data());
   Column rates(rows());
   for (Eigen::Index i = 0; i < rows(); ++i) {
     const Number& row = found[part(i)];
@@ -128,7 +116,7 @@ void RowsByDuals<n>::write_slopes_of_accelerations(double t, const Column& q, co
   for (Eigen::Index first = 0; first < 2 * k; first += Number::directions) {
     const Eigen::Index end = std::min<Eigen::Index>(2 * k, first + Number::directions);
     for (Eigen::Index j = first; j < end; ++j) seed(j, part(j - first), 1.0);
-    write_rows(m.q.data(), m.qdot.data(), m.t, z, found.data());
+    write_rows(m.q.data(), m.qdot.data(), m.t, z.data(), found.data());
     for (Eigen::Index j = first; j < end; ++j) {
       const std::size_t d = part(j - first);
       seed(j, d, 0.0);
@@ -153,7 +141,7 @@ void RowsByDuals<n>::add_slopes_of_reactions(double t, const Column& q, const Co
       for (Eigen::Index first = 0; first < k; first += Number::directions) {
         const Eigen::Index end = std::min<Eigen::Index>(k, first + Number::directions);
         for (Eigen::Index i = first; i < end; ++i) seeds[part(i)].tangent[part(i - first)].value.value = 1.0;
-        write_rows(m.q.data(), m.qdot.data(), m.t, z, found.data());
+        write_rows(m.q.data(), m.qdot.data(), m.t, z.data(), found.data());
         for (Eigen::Index i = first; i < end; ++i) {
           seeds[part(i)].tangent[part(i - first)].value.value = 0.0;
           for (Eigen::Index row = 0; row < rows(); ++row)

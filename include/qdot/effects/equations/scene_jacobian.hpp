@@ -34,7 +34,7 @@ class SceneSlopes : public virtual SceneRows {
   /// q̈ and λ.
   virtual AnySolution motion(double t, const Column& q, const Column& qdot, const Column& z) const = 0;
   /// r ← d/dt(∂L/∂q̇) − ∂L/∂q at q̈ = a, n.
-  virtual void write_residual(double t, const Slope* q, const Slope* qdot, const Column& a, Slope* r) const = 0;
+  virtual void write_lagrange_residual(double t, const Slope* q, const Slope* qdot, const Column& a, Slope* r) const = 0;
   /// Q ← the forces of effects, n, and rates ← ż.
   virtual void write_forces(double t, const Slope* q, const Slope* qdot, const Slope* z, Slope* Q, Slope* rates) const = 0;
   /// dr ← dr + Σ λ ∂J and dc ← −∂φ̈, −∂ȧ, at q̈ = a.
@@ -96,7 +96,7 @@ class SceneSlopesOf final : public SceneSlopes, public SceneRowsOf<Sc> {
     return at;
   }
 
-  void write_residual(double t, const Slope* q, const Slope* qdot, const Column& a, Slope* r) const override {
+  void write_lagrange_residual(double t, const Slope* q, const Slope* qdot, const Column& a, Slope* r) const override {
     const Eigen::Index k = scene_.dof();
     const Vector<Slope, n> found =
         lagrange_residual<n>(scene_.system().energies(), vector_at<n>(q, k), vector_at<n>(qdot, k), converted<Slope>(vector_at<n>(a.data(), k)), Slope(t));

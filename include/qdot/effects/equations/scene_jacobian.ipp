@@ -27,7 +27,7 @@ void write_scene_jacobian(const SceneSlopes& scene, double t, const Eigen::Vecto
   for (Eigen::Index j = 0; j < y.size(); ++j) {
     double& along = seeds[static_cast<std::size_t>(j)].tangent[0];
     along = 1.0;
-    if (j < 2 * k) scene.write_residual(t, seeds.data(), seeds.data() + n, at.qddot, r.data());
+    if (j < 2 * k) scene.write_lagrange_residual(t, seeds.data(), seeds.data() + n, at.qddot, r.data());
     else std::fill(r.begin(), r.end(), Slope(0.0));
     scene.write_forces(t, seeds.data(), seeds.data() + n, seeds.data() + 2 * n, Q.data(), rates.data());
     for (std::size_t i = 0; i < n; ++i) dr(static_cast<Eigen::Index>(i), j) = Q[i].tangent[0] - r[i].tangent[0];

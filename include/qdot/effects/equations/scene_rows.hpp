@@ -64,6 +64,7 @@ class SceneRows {
     if (parts_.size() != count_) find_parts(*this, parts_);
     return parts_;
   }
+  virtual Eigen::Index dof() const = 0;
   virtual Eigen::Index states() const = 0;
   virtual VectorXd initial_states() const = 0;
   Eigen::Index count() const { return static_cast<Eigen::Index>(count_); }
@@ -84,24 +85,45 @@ class SceneRows {
   bool is_free(const VectorXd& z) const { return !has_lasting_constraints_ && active_rows(z).empty(); }
 
   virtual double sticking_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const = 0;
-  virtual Table mass_matrix(double t, const Column& q, const Column& qdot) const = 0;
-  virtual void write_mass_and_rhs(double t, const Column& q, const Column& qdot, Table& M, Column& r) const = 0;  // without forces of effects
+  // Numbers one after the other, matrices column by column.
+  virtual void write_mass_matrix(double t, const double* q, const double* qdot, double* M) const = 0;
+  virtual void write_jacobian(double t, const double* q, const double* qdot, const double* z, double* J) const = 0;
+  virtual void write_residual(double t, const double* q, const double* z, double* phi) const = 0;                            // φ
+  virtual void write_velocity(double t, const double* q, const double* qdot, const double* z, double* velocity) const = 0;  // φ̇ and a
+  virtual void write_mass_and_rhs(double t, const Column& q, const Column& qdot, double* M, double* r) const = 0;  // without forces of effects
   virtual Column applied_forces(double t, const Column& q, const Column& qdot, const Column& z) const = 0;               // empty where there are none
-  virtual Table jacobian(double t, const Column& q, const Column& qdot, const Column& z) const = 0;
-  virtual Column residual(double t, const Column& q, const Column& z) const = 0;                        // φ
-  virtual Column velocity(double t, const Column& q, const Column& qdot, const Column& z) const = 0;  // φ̇ and a
   virtual Column row_accelerations(double t, const Column& q, const Column& qdot, const Column& a, const Column& z) const = 0;  // φ̈, ȧ with q̈ = a
   virtual std::vector<std::string> row_names() const = 0;
   virtual std::vector<std::string> coordinate_names() const = 0;
+  Table mass_matrix(double t, const Column& q, const Column& qdot) const {
+    Table M(q.size(), q.size());
+    write_mass_matrix(t, q.data(), qdot.data(), M.data());
+    return M;
+  }
+  Table jacobian(double t, const Column& q, const Column& qdot, const Column& z) const {
+    Table J(rows(), q.size());
+    write_jacobian(t, q.data(), qdot.data(), z.data(), J.data());
+    return J;
+  }
+  Column residual(double t, const Column& q, const Column& z) const {
+    Column phi(rows());
+    write_residual(t, q.data(), z.data(), phi.data());
+    return phi;
+  }
+  Column velocity(double t, const Column& q, const Column& qdot, const Column& z) const {
+    Column rates(rows());
+    write_velocity(t, q.data(), qdot.data(), z.data(), rates.data());
+    return rates;
+  }
   /// J q̈ = γ.
   Column gamma(double t, const Column& q, const Column& qdot, const Column& z) const {
     return negated(row_accelerations(t, q, qdot, Column(q.size(), 0.0), z));
   }
   /// Generalized forces without those of constraints.
   Column rhs(double t, const Column& q, const Column& qdot, const Column& z) const {
-    Table M;
-    Column f;
-    write_mass_and_rhs(t, q, qdot, M, f);
+    Table M(q.size(), q.size());
+    Column f(q.size());
+    write_mass_and_rhs(t, q, qdot, M.data(), f.data());
     const Column Q = applied_forces(t, q, qdot, z);
     for (Eigen::Index i = 0; i < Q.size(); ++i) f[i] += Q[i];
     return f;
@@ -117,8 +139,8 @@ class SceneRows {
       for (Eigen::Index j = 0; j < values.cols(); ++j)
         if (!std::isfinite(values(i, j))) throw_row_not_finite(i, t);
   }
-  void require_finite_column(double t, const Column& values) const {
-    for (Eigen::Index i = 0; i < values.size(); ++i)
+  void require_finite_column(double t, const double* values) const {
+    for (Eigen::Index i = 0; i < rows(); ++i)
       if (!std::isfinite(values[i])) throw_row_not_finite(i, t);
   }
 

@@ -64,6 +64,7 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
     });
   }
 
+  Eigen::Index dof() const override { return scene_.dof(); }
   Eigen::Index states() const override { return Sc::states_at_compile_time; }
   Eigen::VectorXd initial_states() const override { return scene_.initial_states(); }
 
@@ -77,13 +78,14 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
       });
     return limit;
   }
-  Table mass_matrix(double t, const Column& q, const Column& qdot) const override {
-    return Matrix<double, n>(qdot::mass_matrix(scene_.system(), at<Q>(q), at<Q>(qdot), t));
+  void write_mass_matrix(double t, const double* q, const double* qdot, double* M) const override {
+    const Matrix<double, n> found = qdot::mass_matrix(scene_.system(), vector_at<n>(q, scene_.dof()), vector_at<n>(qdot, scene_.dof()), t);
+    std::copy_n(found.data(), found.size(), M);
   }
-  void write_mass_and_rhs(double t, const Column& q, const Column& qdot, Table& M, Column& r) const override {
+  void write_mass_and_rhs(double t, const Column& q, const Column& qdot, double* M, double* r) const override {
     const MassAndRhs<double, n> both = qdot::mass_and_rhs(scene_.system(), at<Q>(q), at<Q>(qdot), t);
-    M = both.M;
-    r = both.r;
+    std::copy_n(both.M.data(), both.M.size(), M);
+    std::copy_n(both.r.data(), both.r.size(), r);
   }
   Column applied_forces([[maybe_unused]] double t, [[maybe_unused]] const Column& q, [[maybe_unused]] const Column& qdot,
                         [[maybe_unused]] const Column& z) const override {
@@ -119,41 +121,57 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
 
   using Base = RowsByDuals<size_of_rows<n>>;
   using typename Base::Number;
-  using typename Base::Slope;
 
-  void write_rows(const Number* q, const Number* qdot, const Number& t, const Column& z, Number* out) const override { write(q, qdot, t, z, out); }
-  void write_rows(const Slope* q, const Slope* qdot, const Slope& t, const Column& z, Slope* out) const override { write(q, qdot, t, z, out); }
-
-  template <class S>
-  void write(const S* q, const S* qdot, const S& t, const Column& z, S* out) const {
-    Vector<S, n> x(scene_.dof()), v(scene_.dof());
+  void write_rows(const Number* q, const Number* qdot, const Number& t, const double* z, Number* out) const override {
+    Vector<Number, n> x(scene_.dof()), v(scene_.dof());
     std::copy_n(q, x.size(), x.data());
     std::copy_n(qdot, v.size(), v.data());
+    visit_rows(x, v, t, z, [&](const Number& row) { *out++ = row; });
+  }
+  void write_rows(double t, const double* q, const double* qdot, const double* z, const typename Base::Along& along, double* values,
+                  double* slopes) const override {
+    using Slope = Dual<double, 1>;
+    Vector<Slope, n> x(scene_.dof()), v(scene_.dof());
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      x[i].value = q[i];
+      x[i].tangent[0] = along.q ? along.q[i] : 0.0;
+      v[i].value = qdot[i];
+      v[i].tangent[0] = along.qdot ? along.qdot[i] : 0.0;
+    }
+    Slope time(t);
+    time.tangent[0] = along.t;
+    visit_rows(x, v, time, z, [&](const Slope& row) {
+      *values++ = row.value;
+      *slopes++ = row.tangent[0];
+    });
+  }
+
+  // φ or a, row by row.
+  template <class S, class Visit>
+  void visit_rows(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t, const double* z, const Visit& visit) const {
     std::size_t k = 0;
-    for_each_constraint(scene_, at<Z>(z), [&](const auto& e, bool is_active) {
+    for_each_constraint(scene_, vector_at<Sc::states_at_compile_time>(z, Sc::states_at_compile_time), [&](const auto& e, bool is_active) {
       using E = std::remove_cvref_t<decltype(e)>;
       const Eigen::Index rows = rows_of_constraint<E>(scene_, k++);
       if (!is_active) {
-        std::fill_n(out, rows, S(0.0));
+        for (Eigen::Index i = 0; i < rows; ++i) visit(S(0.0));
       } else if constexpr (HolonomicEffect<E, n>) {
-        write_part(e, e.phi(x, t), rows, t, out);
+        visit_part(e, e.phi(q, t), rows, t, visit);
       } else {
-        write_part(e, e.velocity_constraint(x, v, t), rows, t, out);
+        visit_part(e, e.velocity_constraint(q, qdot, t), rows, t, visit);
       }
-      out += rows;
     });
   }
-  template <class E, class Result, class S>
-  static void write_part(const E& e, const Result& result, Eigen::Index rows, const S& t, S* out) {
+  template <class E, class Result, class S, class Visit>
+  static void visit_part(const E& e, const Result& result, Eigen::Index rows, const S& t, const Visit& visit) {
     static_assert(require_numbers<Result>());
     if constexpr (HasRows<Result>) {
       constexpr int known = constraint_rows_of<E, n>();
       static_assert(known == Dynamic || known == Result::RowsAtCompileTime, "qdot: a constraint must return the same number of rows for every scalar");
-      const Vector<typename Result::Scalar, Result::RowsAtCompileTime> part(result);
-      require_rows(e, part, rows, t);
-      std::copy_n(part.data(), rows, out);
+      require_rows(e, result, rows, t);
+      for (Eigen::Index i = 0; i < rows; ++i) visit(S(result[i]));
     } else {
-      *out = S(result);
+      visit(S(result));
     }
   }
 

@@ -200,8 +200,9 @@ Conditioning conditioning(const Scene<Sys, Effects...>& scene, const Eigen::Vect
         (sparse.compute(scene, of(first), of(first + dof), t, z, default_rank_cutoff) || sparse.factors->smallest_pivot() <= dependent))
       return {.mass = 1.0, .constraints = std::max(0.0, sparse.factors->smallest_pivot()), .weakest_constraint = sparse.factors->weakest_constraint()};
   }
-  return detail::dense_conditioning(detail::SceneRowsOf<Sc>(scene), t, detail::Column(first, dof), detail::Column(first + dof, dof), detail::Column(z),
-                                    detail::is_free(scene, z));
+  constexpr int n = Sc::dof_at_compile_time, m = Sc::constraints_at_compile_time;
+  using Sizes = std::conditional_t<detail::are_few<n, m>, detail::KnownSizes<n, m>, detail::AnySizes>;
+  return detail::dense_conditioning<Sizes>(detail::SceneRowsOf<Sc>(scene), t, first, first + dof, first + 2 * dof, detail::is_free(scene, z));
 }
 
 }  // namespace qdot

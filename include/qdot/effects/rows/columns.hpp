@@ -21,24 +21,27 @@ class SmallStore {
   SmallStore& operator=(const SmallStore& other) {  // of what is there: the rest has no values
     if (this == &other) return *this;
     resize(other.count_);
-    std::copy_n(other.data(), count_, data());
+    std::copy_n(other.data_, count_, data_);
     return *this;
   }
 
   /// Without values.
   void resize(std::size_t count) {
     count_ = count;
-    if (count > inside) outside_.resize(count);
+    if (count <= inside) return;
+    outside_.resize(count);
+    data_ = outside_.data();
   }
-  Number* data() { return count_ > inside ? outside_.data() : inside_.data(); }
-  const Number* data() const { return count_ > inside ? outside_.data() : inside_.data(); }
+  Number* data() { return data_; }
+  const Number* data() const { return data_; }
   std::size_t count() const { return count_; }
-  Number& operator[](std::size_t i) { return data()[i]; }
-  const Number& operator[](std::size_t i) const { return data()[i]; }
+  Number& operator[](std::size_t i) { return data_[i]; }
+  const Number& operator[](std::size_t i) const { return data_[i]; }
 
  private:
   std::array<Number, inside> inside_;
   std::vector<Number> outside_;
+  Number* data_ = inside_.data();  // once outside, it stays there
   std::size_t count_ = 0;
 };
 
@@ -101,13 +104,16 @@ class Table {
   Eigen::Index rows_ = 0, columns_ = 0;
 };
 
-inline Column magnitudes(const Column& x) {
-  Column sizes(x.size());
+// |xᵢ| and −xᵢ of a column, or of a vector of Eigen's.
+template <class V>
+V magnitudes(const V& x) {
+  V sizes(x);
   for (Eigen::Index i = 0; i < x.size(); ++i) sizes[i] = std::abs(x[i]);
   return sizes;
 }
-inline Column negated(const Column& x) {
-  Column other(x.size());
+template <class V>
+V negated(const V& x) {
+  V other(x);
   for (Eigen::Index i = 0; i < x.size(); ++i) other[i] = -x[i];
   return other;
 }

@@ -98,6 +98,10 @@ struct AnySizes {
   using MM = Table;
 };
 
+// Scenes with few rows ask for what is compiled for their sizes; what needs no allocation for the others takes about twice as long.
+template <int n, int m>
+inline constexpr bool are_few = n >= 1 && n <= 4 && m >= 1 && m <= 2 && m <= n;
+
 // Factors of one configuration, used for accelerations and for both projections.
 template <class Sizes>
 class FactorsOf {

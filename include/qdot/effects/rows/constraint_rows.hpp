@@ -289,7 +289,8 @@ std::vector<std::string> constraint_names(const Scene<Sys, Effects...>& scene) {
   std::size_t k = 0;
   detail::for_each(scene.effects(), [&](const auto& e) {
     using E = std::remove_cvref_t<decltype(e)>;
-    if constexpr (ConstraintEffect<E, Sys::dof_at_compile_time>) detail::add_names(names, detail::constraint_name(e), detail::rows_of_constraint<E>(scene, k++));
+    if constexpr (ConstraintEffect<E, Sys::dof_at_compile_time>)
+      detail::add_names(names, detail::constraint_name(e), detail::rows_of_constraint<E>(scene, k++));
   });
   return names;
 }
