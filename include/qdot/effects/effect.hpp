@@ -94,14 +94,6 @@ auto as_rows(const Result& result) {
   }
 }
 
-// One row of it, and no copy of the others, which g++ -O2 makes in a loop and so in memory.
-template <class Result>
-auto row_of(const Result& result, [[maybe_unused]] int row) {
-  require_rows<Result>();
-  if constexpr (HasRows<Result>) return typename Result::Scalar(result[row]);
-  else return result;
-}
-
 #if defined(__clang__) && defined(__OPTIMIZE__)
 #pragma clang attribute pop
 #endif

@@ -33,8 +33,14 @@
 #include <type_traits>
 
 #include "qdot/effects/equations/constraint_geometry.hpp"
+#include "qdot/effects/equations/scene_rows.hpp"
+#include "qdot/effects/equations/scene_rows_of.hpp"
 #include "qdot/effects/equations/sparse_geometry.hpp"
 #include "qdot/effects/projection_report.hpp"
+#include "qdot/effects/rows/columns.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
+#include "qdot/effects/rows/traced_constraints.hpp"
+#include "qdot/effects/scene.hpp"
 #include "qdot/effects/scene_motion.hpp"
 
 namespace qdot {
@@ -48,6 +54,7 @@ ProjectionReport projected(const SceneRows& rows, ConstraintGeometry& geometry, 
 // The same for scenes that project after each step, with few rows: as fast as if it were written for the scene.
 template <int n, int m>
 ProjectionReport projected_by_size(const SceneRows& rows, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff, const Column& z);
+
 // As project() below; `traced` are equations that a run has traced, or nothing.
 template <class Sys, class... Effects, int n>
 ProjectionReport projected(const Scene<Sys, Effects...>& scene, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff,

@@ -6,13 +6,16 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string>
 
 #include "qdot/effects/equations/constraint_geometry.ipp"
 #include "qdot/effects/equations/scene_rows.hpp"
 #include "qdot/effects/projection.hpp"
+#include "qdot/effects/projection_report.hpp"
 #include "qdot/effects/rows/columns.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/error.hpp"
 
 namespace qdot::detail {

@@ -26,6 +26,7 @@
 #include "qdot/effects/equations/scene_rows_of.hpp"
 #include "qdot/effects/equations/shared_forces.hpp"
 #include "qdot/effects/equations/sparse_geometry.hpp"
+#include "qdot/effects/rows/columns.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"

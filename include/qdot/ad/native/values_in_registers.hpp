@@ -139,7 +139,6 @@ class ValuesInRegisters {
   }
   bool is_used_later(std::uint32_t v) { return straight_.next_use(v, at_ + 1) != none; }
   void pin(int r) { pinned_ |= 1u << r; }
-  bool is_pinned(int r) const { return (pinned_ >> r & 1u) != 0; }
   static std::size_t index(int r) { return static_cast<std::size_t>(r); }
 
   StraightLines straight_;

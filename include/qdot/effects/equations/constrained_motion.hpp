@@ -1,8 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// q̈ and λ, and slopes of q̈, where a run's lines have no answer: rows that depend on each other, motions without inertia, phases that are only tried, and
-// numbers that are not finite, which are named.
+// q̈ and λ, and slopes of q̈, where a run's lines have no answer. Such are rows that depend on each other, motions without inertia, phases that are only
+// tried, and numbers that are not finite, which are named.
 //
 //     M q̈ − Jᵀ λ = r + Q ,    J q̈ = γ
 //
@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "qdot/effects/equations/scene_rows.hpp"
+#include "qdot/effects/rows/columns.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 
 namespace qdot::detail {

@@ -3,9 +3,8 @@
 //
 // J, φ̇, φ̈ and their slopes by dual numbers of two kinds.
 //
-// φ, φ̇ and J take one direction at a time, Dual<double, 1>. For the rest the functors of constraints are run on the kind of numbers that T and V are run
-// on, Dual<Dual<Dual<double, 1>, 1>, k>: with outer parts ε_i, a middle part η and an inner part δ. What is asked for is a matter of what these parts are
-// at first:
+// φ, φ̇ and J take one direction at a time, Dual<double, 1>. The rest takes the numbers that T and V are run on, Dual<Dual<Dual<double, 1>, 1>, k>, with
+// outer parts ε_i, a middle part η and an inner part δ. What is asked for is a matter of what these parts are at first:
 //
 //     φ̈       q + q̇ δ + (q̇ + q̈ δ) η ,  t + δ + η            the ηδ part of φ
 //     ȧ       q + q̇ δ ,  q̇ + q̈ δ ,  t + δ                   the δ part of a
@@ -17,6 +16,7 @@
 #include <Eigen/Core>
 
 #include "qdot/effects/equations/scene_rows.hpp"
+#include "qdot/effects/rows/columns.hpp"
 #include "qdot/mechanics/equations/lagrange_terms.hpp"
 #include "qdot/mechanics/equations/small_solve.hpp"
 

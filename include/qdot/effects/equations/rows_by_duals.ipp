@@ -1,13 +1,14 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The functions of rows_by_duals.hpp. A program that links qdot::compiled has those of up to eight coordinates from there.
+// The functions of rows_by_duals.hpp. A program that links qdot::compiled has them from there.
 
 #include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
 
 #include "qdot/effects/equations/rows_by_duals.hpp"
+#include "qdot/effects/rows/columns.hpp"
 
 namespace qdot::detail {
 

@@ -9,8 +9,8 @@
 //     [ J   0  ] [∂λ]  =  [ −∂φ̈  or  −∂ȧ             ] ,    all of the right side at fixed q̈ and λ.
 //
 // Where functors are formulas, forms have all of it from the lines of one recording, phases that switch as numbers in it
-// (mechanics/derive/traced_jacobian.hpp). What is left goes by nested duals, a direction at a time: functors that branch or are no formulas, rows that say
-// what others say, numbers that are not finite.
+// (mechanics/derive/traced_jacobian.hpp). What is left goes by nested duals: functors that branch or are no formulas, rows that say what others say,
+// numbers that are not finite.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -20,9 +20,12 @@
 #include "qdot/effects/equations/constrained_motion.hpp"
 #include "qdot/effects/equations/scene_rows_of.hpp"
 #include "qdot/effects/equations/sparse_geometry.hpp"
-#include "qdot/effects/rows/sparse_solve.hpp"
+#include "qdot/effects/rows/columns.hpp"
+#include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/scene_motion.hpp"
-#include "qdot/mechanics/acceleration_jacobian.hpp"
+#include "qdot/mechanics/equations/lagrange_terms.hpp"
+#include "qdot/mechanics/equations/solve.hpp"
+#include "qdot/mechanics/mass_matrix.hpp"
 
 namespace qdot::detail {
 
@@ -40,9 +43,9 @@ class SceneSlopes : public virtual SceneRows {
   /// dr ← dr + Σ λ ∂J and dc ← −∂φ̈, −∂ȧ, at q̈ = a.
   virtual void add_slopes_of_rows(double t, const Column& q, const Column& qdot, const Column& z, const AnySolution& at, Table& dr,
                                   Table& dc) const = 0;
-  /// slopes ← ∂q̈ by sparse factors; false where there are none.
-  virtual bool solved_sparsely(double t, const Column& q, const Column& qdot, const Column& z, const Table& dr, const Table& dc,
-                               Table& slopes) const = 0;
+  /// slopes ← ∂q̈ of scenes without constraints, and of large ones by sparse factors; false where constrained_slopes() must see to it.
+  virtual bool solved(double t, const Column& q, const Column& qdot, const Column& z, const Table& dr, const Table& dc,
+                      Table& slopes) const = 0;
 };
 
 /// J ← ∂ẏ/∂y at y = [q; q̇; z]; some of it may not be finite. Nested duals know that a constant has no derivative, however steep the root of it is.
@@ -77,7 +80,7 @@ class SceneSlopesOf final : public SceneSlopes, public SceneRowsOf<Sc> {
   using Base::n, Base::scene_;
   using typename Base::Q;
   using typename Base::Z;
-  static constexpr int states = Sc::states_at_compile_time;
+  static constexpr int state_count = Sc::states_at_compile_time;
 
  public:
   using Slope = SceneSlopes::Slope;
@@ -105,17 +108,17 @@ class SceneSlopesOf final : public SceneSlopes, public SceneRowsOf<Sc> {
 
   void write_forces([[maybe_unused]] double t, [[maybe_unused]] const Slope* q, [[maybe_unused]] const Slope* qdot, [[maybe_unused]] const Slope* z,
                     [[maybe_unused]] Slope* forces, [[maybe_unused]] Slope* rates) const override {
-    if constexpr (Sc::has_forces || states > 0) {
+    if constexpr (Sc::has_forces || state_count > 0) {
       const Eigen::Index k = scene_.dof();
       const Vector<Slope, n> x = vector_at<n>(q, k), v = vector_at<n>(qdot, k);
-      const Vector<Slope, states> w = vector_at<states>(z, states);
+      const Vector<Slope, state_count> w = vector_at<state_count>(z, state_count);
       if constexpr (Sc::has_forces) {
         const Vector<Slope, n> sum = effect_forces(scene_, x, v, w, Slope(t));
         std::copy_n(sum.data(), k, forces);
       }
-      if constexpr (states > 0) {
-        const Vector<Slope, states> found = state_rates(scene_, x, v, w, Slope(t));
-        std::copy_n(found.data(), states, rates);
+      if constexpr (state_count > 0) {
+        const Vector<Slope, state_count> found = state_rates(scene_, x, v, w, Slope(t));
+        std::copy_n(found.data(), state_count, rates);
       }
     }
   }
@@ -130,9 +133,19 @@ class SceneSlopesOf final : public SceneSlopes, public SceneRowsOf<Sc> {
     }
   }
 
-  bool solved_sparsely([[maybe_unused]] double t, [[maybe_unused]] const Column& q, [[maybe_unused]] const Column& qdot,
-                       [[maybe_unused]] const Column& z, [[maybe_unused]] const Table& dr, [[maybe_unused]] const Table& dc,
-                       [[maybe_unused]] Table& slopes) const override {
+  bool solved([[maybe_unused]] double t, [[maybe_unused]] const Column& q, [[maybe_unused]] const Column& qdot,
+              [[maybe_unused]] const Column& z, [[maybe_unused]] const Table& dr, [[maybe_unused]] const Table& dc,
+              [[maybe_unused]] Table& slopes) const override {
+    if constexpr (!Sc::has_constraints) {
+      Matrix<double, n, Dynamic> right(dr.rows(), dr.cols());
+      for (Eigen::Index j = 0; j < dr.cols(); ++j)
+        for (Eigen::Index i = 0; i < dr.rows(); ++i) right(i, j) = dr(i, j);
+      const Q x = Base::template at<Q>(q), v = Base::template at<Q>(qdot);
+      right = solved_with_mass_matrix(scene_.system(), qdot::mass_matrix(scene_.system(), x, v, t), right, t);
+      for (Eigen::Index j = 0; j < dr.cols(); ++j)
+        for (Eigen::Index i = 0; i < dr.rows(); ++i) slopes(i, j) = right(i, j);
+      return true;
+    }
     if constexpr (may_be_sparse<Sc>) {
       SparseSystem sparse;
       const Eigen::VectorXd x = vector_at<Dynamic>(q.data(), q.size()), v = vector_at<Dynamic>(qdot.data(), qdot.size());

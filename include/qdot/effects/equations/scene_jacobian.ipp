@@ -10,6 +10,7 @@
 
 #include "qdot/effects/equations/constrained_motion.hpp"
 #include "qdot/effects/equations/scene_jacobian.hpp"
+#include "qdot/effects/rows/columns.hpp"
 
 namespace qdot::detail {
 
@@ -36,7 +37,7 @@ void write_scene_jacobian(const SceneSlopes& scene, double t, const Eigen::Vecto
   }
   scene.add_slopes_of_rows(t, q, qdot, z, at, dr, dc);
   Table slopes(k, y.size());
-  if (!scene.solved_sparsely(t, q, qdot, z, dr, dc, slopes)) slopes = constrained_slopes(scene, t, q, qdot, z, dr, dc);
+  if (!scene.solved(t, q, qdot, z, dr, dc, slopes)) slopes = constrained_slopes(scene, t, q, qdot, z, dr, dc);
   for (Eigen::Index j = 0; j < y.size(); ++j)
     for (Eigen::Index i = 0; i < k; ++i) J(k + i, j) = slopes(i, j);
 }

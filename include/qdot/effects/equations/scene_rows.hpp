@@ -3,9 +3,9 @@
 //
 // The rows, masses and forces of a scene, for code that does not depend on the scene's type.
 //
-// What a run asks at each step it has as lines. Beside these there is much code that is asked now and then: projections far from the constraints, rows
-// that depend on each other, the choice of phases of contacts and friction. No scene's type enters it, so that qdot::compiled can have it: it asks for
-// rows, masses and forces by virtual functions, and for numbers of run-time size. effects/equations/scene_rows_of.hpp has those of a scene.
+// What a run asks at each step it has as lines. Other code is asked now and then: for projections far from the constraints, for rows that depend on each
+// other, for the phases of contacts and friction. No scene's type enters it, so that qdot::compiled can have it: it asks for rows, masses and forces by
+// virtual functions, and for numbers of run-time size. effects/equations/scene_rows_of.hpp has those of a scene.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -59,7 +59,7 @@ class SceneRows {
   }
   bool has_lasting_constraints() const { return has_lasting_constraints_; }
 
-  /// The contacts and frictions, which are found when they are first asked for.
+  /// The contacts and frictions, which are found when they are first asked for, by one thread.
   const std::vector<SwitchingPart>& parts() const {
     if (parts_.size() != count_) find_parts(*this, parts_);
     return parts_;
@@ -175,7 +175,7 @@ void find_parts(const Rows& rows, std::vector<SwitchingPart>& parts) {
 extern template void find_parts<SceneRows>(const SceneRows&, std::vector<SwitchingPart>&);
 #endif
 
-/// Names for messages of ConstrainedFactors.
+/// Names for messages of FactorsOf (effects/rows/constrained_solve.hpp).
 struct NamesOfRows {
   const SceneRows& of;
   std::vector<std::string> operator()() const { return of.row_names(); }

@@ -14,6 +14,7 @@
 #include "qdot/effects/equations/effect_forces.hpp"
 #include "qdot/effects/equations/rows_by_duals.hpp"
 #include "qdot/effects/equations/scene_rows.hpp"
+#include "qdot/effects/rows/columns.hpp"
 #include "qdot/effects/rows/constraint_rows.hpp"
 #include "qdot/effects/scene.hpp"
 #include "qdot/mechanics/equations_of_motion.hpp"
@@ -42,7 +43,7 @@ Eigen::Index asked(const Sc& scene, const Z& z) {
   return count;
 }
 
-/// The rows of a scene. Holds a reference to it, and is made for one call.
+/// The rows of a scene, which must outlive them.
 template <class Sc>
 class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
   static_assert(!Sc::has_phases || Sc::constraints_at_compile_time != Dynamic,
@@ -164,10 +165,11 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
   }
   template <class E, class Result, class S, class Visit>
   static void visit_part(const E& e, const Result& result, Eigen::Index rows, const S& t, const Visit& visit) {
-    static_assert(require_numbers<Result>());
+    require_rows<Result>();
     if constexpr (HasRows<Result>) {
       constexpr int known = constraint_rows_of<E, n>();
-      static_assert(known == Dynamic || known == Result::RowsAtCompileTime, "qdot: a constraint must return the same number of rows for every scalar");
+      static_assert(known == Dynamic || Result::RowsAtCompileTime == Dynamic || known == Result::RowsAtCompileTime,
+                    "qdot: a constraint must return the same number of rows for every scalar");
       require_rows(e, result, rows, t);
       for (Eigen::Index i = 0; i < rows; ++i) visit(S(result[i]));
     } else {

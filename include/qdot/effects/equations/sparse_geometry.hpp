@@ -4,8 +4,7 @@
 // Displacements onto many constraints (effects/equations/constraint_geometry.hpp), and how near to singular M and J are.
 //
 // Scenes with n known at run time ask the equations that a run has traced (effects/rows/traced_constraints.hpp), or sparse factors
-// (effects/rows/sparse_solve.hpp), and the dense ones where the sparse ones have none: rows that depend on each other, motions without inertia, and
-// whatever must be named.
+// (effects/rows/sparse_solve.hpp). Dense ones see to what these leave: rows that depend on each other, motions without inertia, whatever must be named.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -17,9 +16,12 @@
 
 #include "qdot/effects/equations/constraint_geometry.hpp"
 #include "qdot/effects/equations/scene_rows_of.hpp"
+#include "qdot/effects/rows/columns.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
+#include "qdot/effects/rows/sparse_rows.hpp"
 #include "qdot/effects/rows/sparse_solve.hpp"
 #include "qdot/effects/rows/traced_constraints.hpp"
+#include "qdot/mechanics/equations/banded_equations.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
 
 namespace qdot::detail {
@@ -162,7 +164,7 @@ class SparseGeometry final : public ConstraintGeometry {
   const Sc& scene_;
   double t_, cutoff_;
   TracedConstraints* given_;
-  TracedConstraints* traced_ = nullptr;        // one of these three, if the geometry is somewhere
+  TracedConstraints* traced_ = nullptr;  // is_dense_, or else traced_, or else sparse_ says where the geometry is
   std::optional<SparseSystem> sparse_;
   DenseGeometry<> dense_;
   bool is_dense_ = false;

@@ -8,6 +8,7 @@
 
 #include "qdot/effects/equations/scene_rows_of.hpp"
 #include "qdot/effects/projection.hpp"
+#include "qdot/effects/rows/columns.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/effects/scene_motion.hpp"
 

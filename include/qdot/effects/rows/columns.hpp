@@ -10,6 +10,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "qdot/ad/vector.hpp"
+
 namespace qdot::detail {
 
 /// Numbers one after the other, up to `inside` of them in the object itself.
@@ -27,10 +29,11 @@ class SmallStore {
 
   /// Without values.
   void resize(std::size_t count) {
+    if (count > inside) {
+      outside_.resize(count);
+      data_ = outside_.data();
+    }
     count_ = count;
-    if (count <= inside) return;
-    outside_.resize(count);
-    data_ = outside_.data();
   }
   Number* data() { return data_; }
   const Number* data() const { return data_; }
@@ -117,10 +120,6 @@ V negated(const V& x) {
   for (Eigen::Index i = 0; i < x.size(); ++i) other[i] = -x[i];
   return other;
 }
-inline double largest(const Column& x) {
-  double most = 0.0;
-  for (Eigen::Index i = 0; i < x.size(); ++i) most = std::max(most, std::abs(x[i]));
-  return most;
-}
+inline double largest(const Column& x) { return largest(x.data(), x.size()); }
 
 }  // namespace qdot::detail

@@ -50,7 +50,7 @@ struct SolutionOf {
 
 }  // namespace detail
 
-/// Accelerations and multipliers, M q̈ = f + Jᵀλ.
+/// Accelerations and multipliers, M q̈ = f + Jᵀλ: qddot, lambda, the rank of the constraints, and the smallest_pivot of the scaled J M⁻¹ Jᵀ.
 template <int n, int m>
 struct ConstrainedSolution : detail::SolutionOf<Vector<double, n>, Vector<double, m>> {};
 

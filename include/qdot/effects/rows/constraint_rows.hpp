@@ -195,25 +195,6 @@ auto constraint_residual(const Scene<Sys, Effects...>& scene, const Vector<S, n>
   });
 }
 
-namespace detail {
-// Whether rows ask something of velocities alone, as rolling and frictions do.
-template <class Sc>
-inline constexpr bool has_velocity_rows = false;
-template <class Sys, class... Effects>
-inline constexpr bool has_velocity_rows<Scene<Sys, Effects...>> =
-    ((ConstraintEffect<Effects, Sys::dof_at_compile_time> && !HolonomicEffect<Effects, Sys::dof_at_compile_time>) || ...);
-
-// 1 for each row that asks something of positions, and 0 for the others.
-template <class Sc, int n, class Phases>
-auto position_rows(const Sc& scene, const Vector<double, n>& q, double t, const Phases& z) {
-  return stacked_rows<double>(scene, t, z, [&](const auto& e) {
-    auto rows = velocity_rows<n>(e, q, q, t);
-    rows.setConstant(HolonomicEffect<std::remove_cvref_t<decltype(e)>, n> ? 1.0 : 0.0);
-    return rows;
-  });
-}
-}  // namespace detail
-
 /// J q̇ + ∂φ/∂t of holonomic and a of nonholonomic constraints, in order.
 template <class Sys, class... Effects, class S, int n, class Phases = detail::NoPhases>
 auto constraint_velocity(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t,

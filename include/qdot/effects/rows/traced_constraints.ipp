@@ -9,8 +9,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <span>
-#include <type_traits>
 #include <utility>
 #include <vector>
 

@@ -100,7 +100,21 @@ class CholeskyOf {
 /// @tparam n  size, or Dynamic
 template <class S, int n>
 class Cholesky : public detail::CholeskyOf<S, Matrix<S, n>> {
+  using Base = detail::CholeskyOf<S, Matrix<S, n>>;
+
  public:
+  // compute(), smallest_pivot() and weakest_row() are those of the base.
+
+  /// B ← L⁻¹ B, column by column.
+  template <int columns>
+  void solve_lower(Matrix<S, n, columns>& B) const {
+    Base::solve_lower(B);
+  }
+  /// B ← L⁻ᵀ B, column by column.
+  template <int columns>
+  void solve_upper(Matrix<S, n, columns>& B) const {
+    Base::solve_upper(B);
+  }
   /// M⁻¹ B.
   template <int columns>
   Matrix<S, n, columns> solve(Matrix<S, n, columns> B) const {
