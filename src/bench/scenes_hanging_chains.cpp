@@ -35,7 +35,8 @@ template <class Model, int links>
 template <class Model, int links>
 [[gnu::noinline]] void by_scene(const double* q, const double* v, double* a) {
   static const auto form = first_order_form(Model::scene(links));
-  static const auto traced = detail::traced_constraints(*form.equations(), detail::clearly_independent * default_rank_cutoff * default_rank_cutoff);
+  constexpr double cutoff = detail::clearly_independent * default_rank_cutoff * default_rank_cutoff;
+  static const auto traced = detail::traced_constraints(detail::recordable_scene(form.scene()), cutoff);
   traced->write(q, v, 0.0, q, a, a + Model::coordinates * links, nullptr);
 }
 
