@@ -80,7 +80,6 @@ template ProjectionReport projected_by_size<4, 1>(const SceneRows&, Vector<doubl
 template ProjectionReport projected_by_size<4, 2>(const SceneRows&, Vector<double, 4>&, Vector<double, 4>&, double, double, const Column&);
 template void write_scene_jacobian<void>(const SceneSlopes&, double, const Eigen::VectorXd&, Eigen::Ref<Eigen::MatrixXd>);
 template std::unique_ptr<SparseFactors> sparse_factors<void>();
-template std::unique_ptr<TracedConstraints> traced_constraints<void>(TracedEquations<double>, double);
 template std::unique_ptr<TracedConstraints> traced_constraints<void>(const RecordableForm&, double);
 template std::unique_ptr<AnyProjection> projection_by_lines<void>(const RecordableForm&, std::span<const double>);
 template SharedForces shared_forces<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,

@@ -26,7 +26,7 @@ inline constexpr bool is_hash = requires { requires S::is_hash; };
 
 // Whether f(arguments…) compiles. The standard's is_invocable asks more, and is a dozen types for each question.
 template <class F, class... Arguments>
-inline constexpr bool is_callable = requires(F f, Arguments... arguments) { f(arguments...); };
+inline constexpr bool is_callable = requires(F&& f, Arguments&&... arguments) { static_cast<F&&>(f)(static_cast<Arguments&&>(arguments)...); };
 
 // No expression of Eigen: a number, a vector or matrix that holds its entries, or something of another library.
 template <class Result>

@@ -17,7 +17,7 @@ namespace qdot::detail {
 template <class>
 void write_scene_jacobian(const SceneSlopes& scene, double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::MatrixXd> J) {
   using Slope = SceneSlopes::Slope;
-  const Eigen::Index states = scene.states(), k = (y.size() - states) / 2;
+  const Eigen::Index states = scene.states(), k = scene.dof();
   const Column q(y.data(), k), qdot(y.data() + k, k), z(y.data() + 2 * k, states);
   const AnySolution at = scene.motion(t, q, qdot, z);
   Table dr(k, y.size(), 0.0), dc(at.lambda.size(), y.size(), 0.0);  // of both right sides

@@ -50,13 +50,11 @@ struct TracedConstraints : Traced {
   virtual BandedMatrix mass() const = 0;
 };
 
-/// Those of a form, or of what was recorded of it.
+/// Those of a form.
 ///
 /// @param cutoff  relative size below which a row of J counts as dependent, where it is not left to the general way
 template <class = void>
 std::unique_ptr<TracedConstraints> traced_constraints(const RecordableForm& form, double cutoff);
-template <class = void>
-std::unique_ptr<TracedConstraints> traced_constraints(TracedEquations<double> equations, double cutoff);
 
 // Which scenes are traced.
 template <class Sc>
@@ -82,7 +80,6 @@ inline constexpr bool has_traced_jacobian = is_recordable_scene<Sc> && Sc::dof_a
 #ifdef QDOT_COMPILED
 namespace qdot::detail {
 extern template std::unique_ptr<TracedConstraints> traced_constraints<void>(const RecordableForm&, double);
-extern template std::unique_ptr<TracedConstraints> traced_constraints<void>(TracedEquations<double>, double);
 }  // namespace qdot::detail
 #else
 #include "qdot/effects/rows/traced_constraints.ipp"

@@ -275,12 +275,8 @@ class ConstraintsByLines final : public TracedConstraints {
 };
 
 template <class>
-[[gnu::cold]] std::unique_ptr<TracedConstraints> traced_constraints(TracedEquations<double> equations, double cutoff) {
-  return std::make_unique<ConstraintsByLines<>>(std::move(equations), cutoff);
-}
-template <class>
 [[gnu::cold]] std::unique_ptr<TracedConstraints> traced_constraints(const RecordableForm& form, double cutoff) {
-  return traced_constraints(traced_equations(form), cutoff);
+  return std::make_unique<ConstraintsByLines<>>(traced_equations(form), cutoff);
 }
 
 }  // namespace qdot::detail
