@@ -69,9 +69,8 @@ template <int n, class E, By way>
 
 /// A form as a run has it.
 template <class Form>
-Form in_a_long_run(Form form) {
+Form as_in_a_run(Form form) {
   if constexpr (requires { form.renew(); }) form.renew();
-  if constexpr (requires { form.expect_long_run(); }) form.expect_long_run();
   return form;
 }
 
@@ -100,7 +99,7 @@ void by_form(const Form& form, const double* q, const double* qdot, double* qddo
 }
 template <int n, class E>
 [[gnu::noinline]] void by_run(const double* q, const double* qdot, double* qddot) {
-  static const auto form = in_a_long_run(first_order_form(mechanical_system<n>(E{})));
+  static const auto form = as_in_a_run(first_order_form(mechanical_system<n>(E{})));
   by_form<n>(form, q, qdot, qddot);
 }
 

@@ -36,7 +36,7 @@ EquationsRow row_of(const char* door) {
 
 // What an implicit method asks of its form, ∂ẏ/∂y of y = [q; q̇].
 template <int n>
-inline const auto benched_form = in_a_long_run(first_order_form(mechanical_system<n>(LoopedChain{})));
+inline const auto benched_form = as_in_a_run(first_order_form(mechanical_system<n>(LoopedChain{})));
 
 template <int n>
 [[gnu::noinline]] void rates_by_form(const double* q, const double* qdot, double* out) {

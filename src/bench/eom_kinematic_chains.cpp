@@ -18,7 +18,7 @@ template <int n, class Place>
 
 template <int n>
 [[gnu::noinline]] void by_kinematic_run(const double* q, const double* qdot, double* qddot) {
-  static const auto form = in_a_long_run(first_order_form(kinematic_system<n>(LoopedPositions{}, uniform_gravity(0.0, -9.81))));
+  static const auto form = as_in_a_run(first_order_form(kinematic_system<n>(LoopedPositions{}, uniform_gravity(0.0, -9.81))));
   by_form<n>(form, q, qdot, qddot);
 }
 

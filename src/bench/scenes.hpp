@@ -71,7 +71,7 @@ template <class Case>
 template <class Case>
 [[gnu::noinline]] static void by_scene_in_a_run(const double* q, const double* qdot, double* out) {
   constexpr int n = Case::n;
-  static const auto form = in_a_long_run(first_order_form(Case::scene()));
+  static const auto form = as_in_a_run(first_order_form(Case::scene()));
   const auto& z = benched_states<Case>;
   constexpr int states = EffectStates<decltype(Case::scene())>::SizeAtCompileTime;
   double y[2 * n + states], ydot[2 * n + states];

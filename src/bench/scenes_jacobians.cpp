@@ -13,7 +13,7 @@ namespace {
 template <class Case>
 [[gnu::noinline]] void jacobian_of_scene(const double* q, const double* qdot, double* out) {
   constexpr int n = Case::n;
-  static const auto form = in_a_long_run(first_order_form(Case::scene()));
+  static const auto form = as_in_a_run(first_order_form(Case::scene()));
   static Eigen::VectorXd y = form.packed(State<n>{0.0, Vector<double, n>::Zero(), Vector<double, n>::Zero()});
   static Eigen::MatrixXd J(form.size(), form.size());
   for (int i = 0; i < n; ++i) {

@@ -81,7 +81,7 @@ template ProjectionReport projected_by_size<4, 2>(const SceneRows&, Vector<doubl
 template void write_scene_jacobian<void>(const SceneSlopes&, double, const Eigen::VectorXd&, Eigen::Ref<Eigen::MatrixXd>);
 template std::unique_ptr<SparseFactors> sparse_factors<void>();
 template std::unique_ptr<TracedConstraints> traced_constraints<void>(const RecordableForm&, double);
-template std::unique_ptr<AnyProjection> projection_by_lines<void>(const RecordableForm&, std::span<const double>);
+template std::unique_ptr<const AnyProjection> projection_by_lines<void>(const AnyRates&);
 template SharedForces shared_forces<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,
                                           const Eigen::VectorXd&);
 template void split_forces<void>(const SceneRows&, double, const Eigen::VectorXd&, const Eigen::VectorXd&, const Eigen::VectorXd&,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Projection after the steps of a long run, by lines: where it ends, and what is left to Newton's method with factors.
+// Projection by lines: where it ends, and what is left to Newton's method with factors.
 #include "qdot/effects/rows/kept_projection.ipp"
 
 #include <cmath>
@@ -25,15 +25,8 @@ namespace {
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr double a_step_away = 1e-10;      // as far as a step leaves the constraints
 constexpr double rounded = 40 * epsilon;   // of states of size 1: some ten operations, and the condition of J M⁻¹ Jᵀ
-constexpr int until_lines = 101;           // projections
+constexpr int many = 100;                  // projections
 
-template <class Form>
-void project_until_lines(const Form& form, double t, const Eigen::VectorXd& y) {
-  for (int i = 0; i < until_lines; ++i) {
-    Eigen::VectorXd there = y;
-    form.project(t, there);
-  }
-}
 // Each component moved by another part of a step.
 Eigen::VectorXd moved(const Eigen::VectorXd& y, Eigen::Index components, double size = a_step_away) {
   Eigen::VectorXd away = y;
@@ -44,17 +37,16 @@ Eigen::VectorXd moved(const Eigen::VectorXd& y, Eigen::Index components, double 
 template <class Form>
 bool is_by_lines(const Form& form, double t, const Eigen::VectorXd& there) {
   Eigen::VectorXd y = there;
-  return form.project(t, y).iterations == 0 || !formula::native_lines_are_possible();
+  return form.project(t, y).iterations == 0;
 }
 
 // The largest difference of both ways at a state that is near the constraints, and what is left of them.
 template <class Scene>
 double difference_of_newton(const Scene& scene, const Eigen::VectorXd& rough, double t) {
   constexpr int n = Scene::dof_at_compile_time;
-  const auto form = form_of_run(scene), by_newton = first_order_form(scene);
+  const auto form = form_of_run(scene), by_newton = first_order_form(scene).by(By::duals);
   Eigen::VectorXd there = rough;
   for (int i = 0; i < 3; ++i) by_newton.project(t, there);
-  project_until_lines(form, t, there);
   CHECK(is_by_lines(form, t, there));
   double worst = 0.0;
   for (const double size : {1e-5, 1e-9, a_step_away, 1e-13}) {
@@ -62,7 +54,7 @@ double difference_of_newton(const Scene& scene, const Eigen::VectorXd& rough, do
     const ProjectionReport report = form.project(t, found), of_newton = by_newton.project(t, expected);
     CHECK(report.residual < rounded);
     CHECK(report.velocity_residual < rounded);
-    CHECK(report.residual_before == of_newton.residual_before);
+    CHECK(std::abs(report.residual_before - of_newton.residual_before) < rounded);  // φ of the library's own sines
     CHECK(report.rank == of_newton.rank);
     CHECK(std::abs(report.moved_q - of_newton.moved_q) < rounded);
     CHECK(std::abs(report.moved_qdot - of_newton.moved_qdot) < rounded);
@@ -89,7 +81,6 @@ auto on_a_rod(double length) {
 TEST_CASE("by lines a point goes straight back to its circle, and its velocity to the tangent") {
   const auto form = form_of_run(on_a_rod(1.5));
   const Eigen::VectorXd there = Eigen::Vector4d(0.9, -1.2, 0.4, 0.3);  // a triangle of sides 3, 4 and 5
-  project_until_lines(form, 0.0, there);
   CHECK(is_by_lines(form, 0.0, there));
   Eigen::VectorXd y = Eigen::Vector4d(0.9 * (1.0 + 1e-9), -1.2 * (1.0 + 1e-9), 0.4 + 0.6e-9, 0.3 - 0.8e-9);  // both along the rod
   const ProjectionReport report = form.project(0.0, y);
@@ -102,7 +93,6 @@ TEST_CASE("by lines coordinates that are all small come back to their own roundi
   for (const double unit : {1e-4, 1e-9, 1e-15}) {
     const auto form = form_of_run(on_a_rod(1.5 * unit));
     const Eigen::VectorXd there = unit * Eigen::Vector4d(0.9, -1.2, 0.4, 0.3);
-    project_until_lines(form, 0.0, there);
     Eigen::VectorXd y = unit * Eigen::Vector4d(0.9 * (1.0 + 1e-9), -1.2 * (1.0 + 1e-9), 0.4, 0.3);
     CHECK(form.project(0.0, y).iterations <= 2);
     CHECK((y - there).cwiseAbs().maxCoeff() < rounded * unit);
@@ -128,12 +118,11 @@ TEST_CASE("lines of one phase are not taken for another") {
   const auto floor = contact("floor", [](const auto& q) { return q[1]; });
   const auto wall = contact("wall", [](const auto& q) { return q[0] - 0.5; });
   const auto s = scene(free_point, floor, wall);
-  const auto form = form_of_run(s), by_newton = first_order_form(s);
+  const auto form = form_of_run(s), by_newton = first_order_form(s).by(By::duals);
   const double closed = static_cast<double>(ContactPhase::closed), apart = static_cast<double>(ContactPhase::apart);
   Eigen::VectorXd on_floor(6), at_wall(6);
   on_floor << 0.7, 1e-11, 1.0, 1e-11, closed, apart;
   at_wall << 0.5 + 1e-11, 1e-11, 1e-11, 1.0, apart, closed;  // it leaves the floor
-  project_until_lines(form, 0.0, on_floor);
   for (const Eigen::VectorXd& y : {on_floor, at_wall}) {
     Eigen::VectorXd found = y, expected = y;
     form.project(0.0, found);
@@ -144,8 +133,7 @@ TEST_CASE("lines of one phase are not taken for another") {
 
 TEST_CASE("what is not an ordinary step is Newton's method's, to the bit") {
   const auto same_bits = [](const auto& s, const Eigen::VectorXd& there, const Eigen::VectorXd& rough) {
-    const auto form = form_of_run(s), by_newton = first_order_form(s);
-    project_until_lines(form, 0.0, there);
+    const auto form = form_of_run(s), by_newton = first_order_form(s).by(By::duals);
     Eigen::VectorXd found = rough, expected = rough;
     form.project(0.0, found);
     by_newton.project(0.0, expected);
@@ -163,7 +151,6 @@ TEST_CASE("what is not an ordinary step is Newton's method's, to the bit") {
 
 TEST_CASE("a constraint that is not linear in velocities is left to what looks at its residual afterwards") {
   const auto form = form_of_run(scene(free_point, nonholonomic("speed", [](const auto&, const auto& v) { return v.squaredNorm() - 0.25; })));
-  project_until_lines(form, 0.0, Eigen::Vector4d(0.9, -1.2, 0.4, 0.3));
   Eigen::VectorXd y = Eigen::Vector4d(0.9, -1.2, 0.41, 0.3);  // one linear step leaves 4e-5
   CHECK_THROWS_AS(form.project(0.0, y), ConstraintError);
 }
@@ -174,7 +161,6 @@ TEST_CASE("rows that are nearly the same are refused where they contradict each 
                                         return q[1] + 1.2 + 1e-5 * (sin(q[0]) - std::sin(0.9));
                                       })));
   Eigen::VectorXd y = Eigen::Vector4d(0.9, -1.2, 0.0, 0.0);
-  project_until_lines(form, 0.0, y);
   y[2] = 0.4;  // one row asks for v₁ = 0, the other for 1e-5 cos(q₀) v₀ besides
   CHECK_THROWS_AS(form.project(0.0, y), ConstraintError);
 }
@@ -185,7 +171,6 @@ TEST_CASE("a state that cannot be projected is refused by lines as without them,
                               return q[1] - sqrt(q[0]);
                             }));
   const auto form = form_of_run(guided);
-  project_until_lines(form, 0.0, Eigen::Vector4d(0.25, 0.5, 1.0, 1.0));
   const Eigen::VectorXd without_value = Eigen::Vector4d(-1.0, 0.5, 1.0, 1.0);
   Eigen::VectorXd y = without_value;
   CHECK_THROWS_AS(form.project(0.0, y), NonFinite);
@@ -201,10 +186,9 @@ TEST_CASE("velocities go back to where Newton's method puts them, if a change of
   const auto first = holonomic("held", [](const auto& q) { return q[0] - 0.5; });
   const auto last = holonomic("rod", [](const auto& q) { return q.sum() - 2.0; });
   const auto held = scene(carts, first, last);
-  const auto form = form_of_run(held), by_newton = first_order_form(held);
+  const auto form = form_of_run(held), by_newton = first_order_form(held).by(By::duals);
   Eigen::VectorXd there(6);
   there << 0.5, 0.75, 0.75, 0.0, 0.3, -0.3;
-  project_until_lines(form, 0.0, there);
   CHECK(is_by_lines(form, 0.0, there));
   Eigen::VectorXd kicked = there, expected = there;
   kicked[3] = expected[3] = 0.25;
@@ -229,7 +213,7 @@ TEST_CASE("where a stop time makes constraints others, steps go to these") {
       if (step.t() == 5.0) speed = 2.0;
     });
     REQUIRE(run.completed());
-    CHECK(run.statistics.projections > 2 * until_lines);
+    CHECK(run.statistics.projections > 2 * many);
     CHECK(std::abs(run.y[2] - 2.0) < rounded);
     CHECK(std::abs(run.y[0] - 15.0) < 0.011);  // 5 s at 1 m/s, and 5 s at 2 m/s, which the first step does not know before its end
     CHECK(std::abs(run.samples.y(2, run.samples.y.cols() - 1) - 2.0) < rounded);
@@ -245,7 +229,7 @@ TEST_CASE("threads that share a form project as one does") {
   std::vector<std::thread> threads;
   for (double& each : worst)
     threads.emplace_back([&] {
-      for (int i = 0; i < 2 * until_lines; ++i) {
+      for (int i = 0; i < 2 * many; ++i) {
         Eigen::VectorXd y = moved(there, 4);
         form.project(0.0, y);
         each = std::max({each, std::abs(y.head(2).norm() - 1.5), std::abs(y.head(2).dot(y.tail(2)))});
@@ -255,18 +239,20 @@ TEST_CASE("threads that share a form project as one does") {
   for (const double each : worst) CHECK(each < rounded);
 }
 
-TEST_CASE("a form of one's own projects with the same bits however often it is asked, and a run as it is expected to") {
+TEST_CASE("a form projects with the same bits however often it is asked, and drift stays as small in a long run") {
   const auto rod = on_a_rod(1.5);
   const auto form = first_order_form(rod);
   const Eigen::VectorXd rough = moved(Eigen::Vector4d(0.9, -1.2, 0.4, 0.3), 4);
   Eigen::VectorXd first = rough, last = rough;
   form.project(0.0, first);
-  project_until_lines(form, 0.0, rough);
-  form.project(0.0, last);
+  for (int i = 0; i < many; ++i) {
+    last = rough;
+    form.project(0.0, last);
+  }
   CHECK(first == last);
   const auto run = simulate(rod, State<2>{0.0, {0.9, -1.2}, {0.4, 0.3}}, 400.0, Dop853{}, {.rtol = 1e-12});
   CHECK(run.completed());
-  CHECK(run.statistics.projections > 2 * until_lines);
+  CHECK(run.statistics.projections > 2 * many);
   CHECK(run.statistics.constraint_residual < rounded);
   CHECK(run.statistics.constraint_velocity < rounded);
   const auto energy = [](const auto& y) { return 0.5 * (y[2] * y[2] + y[3] * y[3]) + 9.81 * y[1]; };

@@ -17,7 +17,6 @@ template <class System>
 auto form_of_run(const System& system) {
   auto form = first_order_form(system);
   form.renew();
-  if constexpr (requires { form.expect_long_run(); }) form.expect_long_run();
   return form;
 }
 template <class Form>

@@ -64,16 +64,8 @@ class SceneForm {
   {
     if constexpr (has_traced_jacobian) jacobian_.renew(recordable());
     if constexpr (has_rates) rates_.renew(recordable());
-    if constexpr (has_projection_lines) projection_.renew();
     if constexpr (is_traced) traced_.renew(recordable());
     detail::renew_lines(scene_, scene_.system());
-  }
-
-  /// Says that a run of this begins, which may be long (effects/rows/kept_projection.ipp).
-  void expect_long_run()
-    requires has_projection_lines
-  {
-    projection_.expect_long_run();
   }
 
   /// Whether the functors have been recorded, in which nothing may be compared.
@@ -156,8 +148,12 @@ class SceneForm {
     ProjectionReport report;
     if constexpr (has_projection_lines) {
       if (may_be_lines()) {
-        const auto* const lines = projection_.found([&] { return detail::projection_by_lines(recordable(), phases(y.data())); });
-        if (lines && lines->project(t, y.data(), phases(y.data()), report)) return report;
+        const auto now = phases(y.data());
+        double ydot[2 * n + states];
+        if (const auto lines = rates_.at(*scene_.system().kept_lines(), [this] { return recordable(); }, t, y.data(), now, ydot)) {
+          const auto& further = lines->further([&] { return detail::projection_by_lines(*lines); });
+          if (static_cast<const detail::AnyProjection&>(further).project(t, y.data(), now, report)) return report;
+        }
       }
     }
     Vector<double, n> q = q_of(y.data()), qdot = qdot_of(y.data());
@@ -358,7 +354,6 @@ class SceneForm {
   [[no_unique_address]] std::conditional_t<is_traced, detail::KeptMotion<Traced>, std::tuple<>> traced_;
   [[no_unique_address]] std::conditional_t<has_traced_jacobian, detail::KeptJacobians, std::tuple<int>> jacobian_;
   [[no_unique_address]] std::conditional_t<has_rates, detail::RunRates, std::tuple<long>> rates_;
-  [[no_unique_address]] std::conditional_t<has_projection_lines, detail::KeptProjection, std::tuple<char>> projection_;
 };
 
 /// The first-order form of a scene; that of its system where it has no effects.

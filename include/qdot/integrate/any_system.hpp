@@ -43,7 +43,6 @@ struct HiddenSystem : MethodForm {
   virtual double energy(const State<Dynamic>& state) const = 0;
   virtual std::shared_ptr<const HiddenSystem> renewed() const = 0;  // nothing where nothing of the functors is kept
   virtual std::shared_ptr<const HiddenSystem> by(By way) const = 0;  // nothing where there are no T and V
-  virtual std::shared_ptr<const HiddenSystem> of_long_run() const = 0;  // nothing where that makes no difference
 };
 
 template <FirstOrderSystem Form>
@@ -78,15 +77,6 @@ class HiddenForm final : public MethodFormOf<HiddenSystem, Form> {
   std::shared_ptr<const HiddenSystem> by([[maybe_unused]] By way) const override {
     if constexpr (requires { form_.by(way); }) return std::make_shared<HiddenForm>(form_.by(way));
     else return nullptr;
-  }
-  std::shared_ptr<const HiddenSystem> of_long_run() const override {
-    if constexpr (requires(Form& form) { form.expect_long_run(); }) {
-      auto fresh = std::make_shared<HiddenForm>(form_);
-      fresh->form_.expect_long_run();
-      return fresh;
-    } else {
-      return nullptr;
-    }
   }
 
  private:
@@ -165,10 +155,6 @@ class AnySystem {
   /// Makes anew what is kept of the functors, a constant M: a method begins with the model as it is then. Copies keep what they have.
   void renew() {
     if (auto fresh = hidden_->renewed()) hidden_ = std::move(fresh);
-  }
-  /// Says that a run of this begins, which may be long (effects/rows/kept_projection.ipp).
-  void expect_long_run() {
-    if (auto fresh = hidden_->of_long_run()) hidden_ = std::move(fresh);
   }
   /// What a run and its method ask; this object outlives them.
   const detail::MethodForm& driven() const noexcept { return *hidden_; }

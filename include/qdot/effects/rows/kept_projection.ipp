@@ -25,6 +25,7 @@
 #include <vector>
 
 #include "qdot/effects/rows/kept_projection.hpp"
+#include "qdot/mechanics/derive/kept_rates.ipp"
 #include "qdot/mechanics/derive/traced_motion.hpp"
 
 namespace qdot::detail {
@@ -37,7 +38,6 @@ class ProjectionLines final : public AnyProjection {
   [[gnu::cold]] ProjectionLines(TracedEquations<double> equations, const LimitsOfPivots& limits) : lines_(std::move(equations)), limits_(limits) {
     TracedEquations<double>& e = lines_.equations();
     if (e.rows() == 0 || e.n() > most_coordinates || e.rows() > e.n() || !is_linear_in_velocities()) return;
-    e.begins = {1, e.begins.in_lanes};
     solved_ = lines_.solved_projection(limits, most_numbers);
     if (!solved_.lines) return;
     phi_ = lines_.numbers(e.phi);
@@ -188,15 +188,17 @@ class ProjectionLines final : public AnyProjection {
   bool is_known_ = false;
 };
 
+/// Where there are no lines.
+struct NoProjection final : AnyProjection {
+  bool project(double, double*, std::span<const double>, ProjectionReport&) const override { return false; }
+};
+
 template <class>
-[[gnu::cold]] std::unique_ptr<AnyProjection> projection_by_lines(const RecordableForm& form, std::span<const double> phases) {
-  if (!formula::native_lines_are_possible()) return nullptr;
-  try {
-    auto lines = std::make_unique<ProjectionLines>(traced_equations(form, phases), form.limits);
-    if (lines->is_known()) return lines;
-  } catch (...) {  // what functors throw they throw again, where they are asked for values
-  }
-  return nullptr;
+[[gnu::cold]] std::unique_ptr<const AnyProjection> projection_by_lines(const AnyRates& rates) {
+  const auto& solved = static_cast<const SolvedRates&>(rates);
+  auto lines = std::make_unique<const ProjectionLines>(solved.equations(), solved.limits());
+  if (lines->is_known()) return lines;
+  return std::make_unique<const NoProjection>();
 }
 
 }  // namespace qdot::detail

@@ -35,10 +35,8 @@ Run<> run_of_form(const Form& form, const MakeStepper& make_stepper, const Eigen
   }
   const Budget budget(request.options);  // begins before the stepper's own, which is made here
   const auto& driven = driven_form(form);
-  Form stepped = form;  // what a long run keeps is the stepper's, which makes it anew where a leg begins
-  if constexpr (requires { stepped.expect_long_run(); }) stepped.expect_long_run();
   Run<> run;
-  request.drive(run, driven, make_stepper(std::as_const(stepped), request.options), request.options, budget, request.onlooker,
+  request.drive(run, driven, make_stepper(form, request.options), request.options, budget, request.onlooker,
                 kept(request.events), request.t0, start, request.t_end);
   return run;
 }

@@ -1,87 +1,19 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What a form keeps of equations that were derived from its recorded functors: lines for a long run, and Jacobians.
+// The Jacobians that a form keeps, derived from its recorded functors.
 //
-// Both are made when they are first asked for, and again where a leg begins and the functors are others by then. A form whose Jacobian is not asked for
+// They are made when they are first asked for, and again where a leg begins and the functors are others by then. A form whose Jacobian is not asked for
 // is not traced for it, nor is that compiled. mechanics/derive/traced_jacobian.hpp has what is kept.
 
 #include <Eigen/Core>
 #include <atomic>
-#include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <memory>
 #include <span>
 
 #include "qdot/mechanics/derive/recordable_form.hpp"
 
 namespace qdot::detail {
-
-/// Lines that a form keeps for its run, made once it has been asked for them some times. Several threads may ask at once; copies begin anew.
-///
-/// Only where a run has said that it expects to be long: the bits of an evaluation depend on how many were before, which a simulator that is restored and a
-/// loop of a user's own must not see.
-///
-/// @tparam Work          what is kept
-/// @tparam begins_after  how often it is asked for before it is made
-template <class Work, int begins_after>
-class KeptOfLongRun {
- public:
-  KeptOfLongRun() = default;
-  KeptOfLongRun(const KeptOfLongRun& other) : is_expected_(other.is_expected_) { forget(); }
-  KeptOfLongRun& operator=(const KeptOfLongRun& other) {
-    is_expected_ = other.is_expected_;
-    forget();
-    return *this;
-  }
-
-  /// Begins to count.
-  void expect_long_run() {
-    is_expected_ = true;
-    forget();
-  }
-
-  /// What make() has returned; null before it is due, and where there is none.
-  template <class Make>
-  const Work* found(const Make& make) const {
-    const std::uintptr_t state = state_.load(std::memory_order_acquire);
-    if (state > none) return std::bit_cast<const Work*>(state);
-    if (state == counting && is_due()) keep(make);
-    return nullptr;
-  }
-  bool is_kept() const { return state_.load(std::memory_order_relaxed) > none; }
-
-  /// Counts anew: a leg begins, and functors may be others. No other thread may ask meanwhile.
-  void renew() { forget(); }
-
- private:
-  static constexpr std::uintptr_t counting = 0, none = 1;  // beside where the work is
-
-  void forget() {
-    work_.reset();
-    left_.store(begins_after);
-    state_.store(is_expected_ ? counting : none);
-  }
-  bool is_due() const {
-    const int left = left_.load(std::memory_order_relaxed) - 1;  // of several threads some may count as one
-    left_.store(left, std::memory_order_relaxed);
-    return left <= 0;
-  }
-  // The first thread makes it, and others go on without.
-  template <class Make>
-  [[gnu::cold, gnu::noinline]] void keep(const Make& make) const {
-    std::uintptr_t state = counting;
-    if (!state_.compare_exchange_strong(state, none)) return;
-    work_ = make();
-    if (work_) state_.store(std::bit_cast<std::uintptr_t>(work_.get()), std::memory_order_release);
-  }
-
-  mutable std::unique_ptr<Work> work_;
-  mutable std::atomic<int> left_{begins_after};
-  mutable std::atomic<std::uintptr_t> state_{none};
-  bool is_expected_ = false;
-};
 
 /// The size that loops are unrolled for, of n coordinates.
 template <int n>

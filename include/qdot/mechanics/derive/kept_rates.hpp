@@ -61,12 +61,33 @@ class AnyRates {
     return write_(*this, t, y, ydot, multipliers);
   }
 
+  /// What else is derived of these functors in these phases: projections, of which mechanics knows nothing.
+  struct Further {
+    virtual ~Further() = default;
+  };
+  /// What make() has returned, a std::unique_ptr<Further> that is not null, when it was first asked for. Of several threads one may make it in vain.
+  template <class Make>
+  const Further& further(const Make& make) const {
+    const Further* there = further_.load(std::memory_order_acquire);
+    return there ? *there : added(make());
+  }
+
  protected:
   using WritesRates = Written (*)(const AnyRates&, double, const double*, double*, FoundMultipliers*);
   WritesRates write_ = nullptr;
   std::vector<double> phases_{};
   Fingerprint print_ = 0;
   const Answers* answers_ = nullptr;
+
+  ~AnyRates() { delete further_.load(); }
+
+ private:
+  [[gnu::cold, gnu::noinline]] const Further& added(std::unique_ptr<const Further> made) const {
+    const Further* there = nullptr;
+    return *(further_.compare_exchange_strong(there, made.get(), std::memory_order_acq_rel) ? made.release() : there);
+  }
+
+  mutable std::atomic<const Further*> further_{nullptr};
 };
 
 template <class Number>
@@ -94,8 +115,8 @@ class BasicSharedRates {
       if (it->key == key && it->with_multipliers == with_multipliers) return it->latest.load(std::memory_order_acquire);
     return nullptr;
   }
-  /// Lines of the functors as they are, which hold at y; null where there are none.
-  std::shared_ptr<SolvedRates> at(const RecordableForm& form, double t, const double* y, std::span<const double> phases);
+  /// Lines of the functors as they are, which hold at y; null where there are none. They are found by an evaluation, ydot ← [q̇; q̈; ż].
+  std::shared_ptr<SolvedRates> at(const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot);
 
  private:
   // Those of one form.
@@ -153,6 +174,13 @@ class BasicRunRates {
   }
   /// Looks at the functors: a leg begins. No other thread may ask meanwhile.
   void renew(const RecordableForm& form);
+  /// The lines that hold at a state, found by an evaluation where the last of a run were of other phases; null where there are none.
+  template <class Form>
+  std::shared_ptr<const AnyRates> at(const KeptLines& kept, const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
+    const AnyRates* const latest = has_begun_ ? latest_.load(std::memory_order_acquire) : nullptr;
+    if (latest != nullptr && latest->are_in(phases)) return {std::shared_ptr<void>(), latest};  // of this, which outlives the answer
+    return found_at(kept, form(), t, y, phases, ydot);
+  }
   /// The lines of the last evaluation; null where there are none.
   const AnyRates* latest(const KeptLines& kept, RunsFunctors key) const {
     if (has_begun_) return latest_.load(std::memory_order_acquire);
@@ -165,6 +193,8 @@ class BasicRunRates {
     met_ = std::make_unique<MetBranches<SolvedRates, 16>>();
   }
 
+  std::shared_ptr<const AnyRates> found_at(const KeptLines& kept, const RecordableForm& form, double t, const double* y, std::span<const double> phases,
+                                           double* ydot) const;
   static constexpr int most_misses = 64;  // one after the other; then no more are made until some hold again
 
   bool find(const KeptLines& kept, const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot) const;

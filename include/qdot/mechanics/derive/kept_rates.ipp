@@ -54,6 +54,8 @@ class BasicSolvedRates final : public AnyRates {
   /// Whether there are lines.
   bool exist() const { return solved_.lines != nullptr; }
   bool are_native() const { return solved_.lines->is_native(); }
+  const TracedEquations<Number>& equations() const { return lines_.equations(); }
+  const LimitsOfPivots& limits() const { return limits_; }
 
   /// Notes of which functors these are.
   [[gnu::cold]] void note(const RecordableForm& form, Answers answers) {
@@ -270,9 +272,8 @@ bool BasicSharedRates<Number>::write(const RecordableForm& form, double t, const
 
 template <class Number>
 [[gnu::cold]] std::shared_ptr<SolvedRates> BasicSharedRates<Number>::at(const RecordableForm& form, double t, const double* y,
-                                                                        std::span<const double> phases) {
-  std::vector<double> ydot(static_cast<std::size_t>(2 * form.dof + form.states));
-  return Search(of(form, false), form, t, y, phases, ydot.data(), nullptr).found_or_made();
+                                                                        std::span<const double> phases, double* ydot) {
+  return Search(of(form, false), form, t, y, phases, ydot, nullptr).found_or_made();
 }
 
 template <class>
@@ -295,7 +296,7 @@ template <class Number>
     return rates.are_in(phases) && (written = rates.write(t, y, ydot)) != Written::elsewhere;
   };
   const auto make = [&]() -> std::shared_ptr<SolvedRates> {
-    if (auto shared = rates_of(*kept.shared()).at(form, t, y, phases)) return shared;
+    if (auto shared = rates_of(*kept.shared()).at(form, t, y, phases, ydot)) return shared;
     return solved_rates(form, t, y, phases);  // of functors that have no fingerprint, or whose numbers are others too often
   };
   const auto* found = met_->found(holds);
@@ -310,6 +311,16 @@ template <class Number>
     misses_.fetch_add(1, std::memory_order_relaxed);
   }
   return written == Written::yes;
+}
+
+template <class Number>
+[[gnu::cold, gnu::noinline]] std::shared_ptr<const AnyRates> BasicRunRates<Number>::found_at(const KeptLines& kept, const RecordableForm& form, double t,
+                                                                                             const double* y, std::span<const double> phases,
+                                                                                             double* ydot) const {
+  if (!kept.shared()) return nullptr;
+  if (!has_begun_) return rates_of(*kept.shared()).at(form, t, y, phases, ydot);
+  if (misses_.load(std::memory_order_relaxed) >= most_misses || !find(kept, form, t, y, phases, ydot)) return nullptr;
+  return {std::shared_ptr<void>(), latest_.load(std::memory_order_acquire)};
 }
 
 template <class Number>
