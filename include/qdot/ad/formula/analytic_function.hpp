@@ -42,7 +42,7 @@ template <Function f, class A, class B>
   else if constexpr (f == Function::cbrt) return cbrt(a);
   else if constexpr (f == Function::erf) return erf(a);
   else if constexpr (f == Function::erfc) return erfc(a);
-  else static_assert(f != f, "a function without a meaning");
+  else static_assert(f == Function::erfc, "a function without a meaning");
 }
 
 /// The value of a function, or its bounds over an interval; y is the second argument of atan2 and hypot.

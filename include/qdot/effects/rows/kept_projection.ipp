@@ -60,7 +60,7 @@ class ProjectionLines final : public AnyProjection {
     std::copy_n(y + 2 * n, e.states(), state + 1);
     ProjectionReport found;
     if (!moved_onto_positions(x, found)) return false;
-    double change[most_coordinates], sum = 0.0;  // results may stand where inputs do: all are read before one is written
+    double change[most_coordinates] = {}, sum = 0.0;  // results may stand where inputs do: all are read before one is written
     for (std::size_t j = 0; j < n; ++j) change[j] = number(x, solved_.columns[j]);
     found.velocity_residual = residual_of_velocities(x, change);
     for (std::size_t j = 0; j < n; ++j) {
