@@ -127,16 +127,19 @@ provide() { # provide THING…
 
 # Clang is a help, not a need: where it can be installed without a question, it is; prints its name, or nothing.
 provide_clang() {
-  local clang as_root=""
+  local clang as_root="" version packages
   clang=$(find_clang)
   if [ -z "$clang" ] && command -v apt-get > /dev/null; then
     [ "$(id -u)" = 0 ] || as_root="sudo -n"
     mkdir -p "$root/build"
-    say "Installing clang-16 libclang-rt-16-dev clang-format-16: 40 MB to download, and it compiles the laws in half the time that g++ takes"
     {
       $as_root env DEBIAN_FRONTEND=noninteractive apt-get update || true
-      $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends clang-16 libclang-rt-16-dev clang-format-16
-    } > "$root/build/install_clang.log" 2>&1 < /dev/null || say "Not installed (why: build/install_clang.log); g++ will do it, more slowly"
+      for version in {16..30} none; do ! apt-cache show clang-"$version" || break; done
+    } > "$root/build/install_clang.log" 2>&1 < /dev/null
+    packages=(clang-"$version" libclang-rt-"$version"-dev clang-format-"$version")
+    say "Installing ${packages[*]}: 40 MB to download, and it compiles the laws in half the time that g++ takes"
+    $as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y --no-install-recommends "${packages[@]}" \
+      >> "$root/build/install_clang.log" 2>&1 < /dev/null || say "Not installed (why: build/install_clang.log); g++ will do it, more slowly"
     clang=$(find_clang)
   fi
   printf '%s' "$clang"
