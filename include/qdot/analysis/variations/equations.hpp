@@ -338,7 +338,7 @@ Eigen::VectorXd BasicVariationalEquations<Kind>::go_through(const std::string& n
   for (Eigen::Index i = 0; i < size_; ++i) known[i] = std::max(known[i], way * std::max(std::abs(f_before[i]), std::abs(f_after[i])));
   for (Eigen::Index j = 0; j < columns_; ++j) {
     const Eigen::VectorXd Phi = both.segment(size_ * (j + 1), size_);
-    const auto behind = [&, speed = speed, h_by_t = h_by_t, &time = time](double s) {
+    const auto behind = [&](double s) {
       // The moment t + later at which the displaced motion is at h = 0: beyond s ∂t_e/∂x by a way of order s², on one side of which friction would
       // still stick. What rounding takes from a late t is made good.
       double later = s * time[j];
