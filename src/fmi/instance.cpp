@@ -2,6 +2,7 @@
 #include "fmi/instance.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <optional>

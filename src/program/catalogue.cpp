@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "program/catalogue.hpp"
 
+#include <functional>
+
 #include "program/arguments.hpp"
 #include "program/scene_file.hpp"
 

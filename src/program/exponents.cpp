@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "program/exponents.hpp"
 
+#include <functional>
+
 #include "program/first_order_model.hpp"
 
 namespace qdot::program {

@@ -17,7 +17,10 @@ shift
 [ $# -gt 0 ] || set -- ./run ./check
 
 if [ ! -x "$root/bin/bash" ]; then
-  debootstrap --variant=minbase "${SUITE:-bookworm}" "$root" "${MIRROR:-http://deb.debian.org/debian}" > "$root.log" 2>&1 \
+  # A suite that this debootstrap does not know is made as the next one is.
+  as=()
+  [ -e "/usr/share/debootstrap/scripts/${SUITE:-bookworm}" ] || as=(sid)
+  debootstrap --variant=minbase "${SUITE:-bookworm}" "$root" "${MIRROR:-http://deb.debian.org/debian}" ${as[@]+"${as[@]}"} > "$root.log" 2>&1 \
     || { tail -n 25 "$root.log"; exit 1; }
 fi
 cp /etc/resolv.conf "$root/etc/resolv.conf"

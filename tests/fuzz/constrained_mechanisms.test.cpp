@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 
 #include "catch2_bridge.hpp"
 #include "mechanism.hpp"

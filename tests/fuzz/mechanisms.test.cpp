@@ -3,6 +3,7 @@
 // Random trees of bodies move as Newton's and Euler's equations say, through both doors.
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "catch2_bridge.hpp"
 #include "mechanism.hpp"

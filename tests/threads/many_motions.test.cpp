@@ -3,6 +3,7 @@
 // Many motions in threads are the same bits as one after another; under the thread sanitizer.
 #include "qdot/integrate/simulate_many.hpp"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <stdexcept>

@@ -37,10 +37,10 @@ inline void plain_system(const void*, RecordedMotion&, std::vector<char>*) {}
 struct RecordableForm {
   const void* form;
   RunsFunctors run;
-  RunsFunctors key;  // tells apart the forms that share derivations
+  RunsFunctors key = nullptr;  // tells apart the forms that share derivations
   /// The fingerprint of the functors in some phases.
-  Fingerprint (*print)(const void* form, const double* phases, const Answers* answers);
-  Eigen::Index dof, states = 0;
+  Fingerprint (*print)(const void* form, const double* phases, const Answers* answers) = nullptr;
+  Eigen::Index dof = 0, states = 0;
   bool has_forces = false;
   By by = By::fastest;
   LimitsOfPivots limits{};
