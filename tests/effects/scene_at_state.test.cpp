@@ -51,6 +51,54 @@ TEST_CASE("at a state of a pendulum on its rod a scene answers as the pendulum's
   CHECK_THAT(jacobi_energy(pendulum, s), WithinAbs(energy(pendulum, s), 100 * rounding));
 }
 
+// What is asked of a system or a scene, by three numbers and by the State that has them.
+template <class Model>
+void check_of_both(const Model& model, double drag) {
+  const Vector2d q(0.3, -1.2), v(0.8, 0.5), a(0.1, 0.2);
+  const State<2> s{0.4, q, v};
+  const double T = 0.5 * m * v.squaredNorm(), V = m * g * q[1];
+  const Vector2d forces = Vector2d(0.0, -m * g) - drag * v;
+  CHECK_THAT(kinetic_energy(model, q, v, 0.4), WithinAbs(T, rounding));
+  CHECK_THAT(kinetic_energy(model, s), WithinAbs(T, rounding));
+  CHECK_THAT(potential_energy(model, q, 0.4), WithinAbs(V, rounding));
+  CHECK_THAT(potential_energy(model, s), WithinAbs(V, rounding));
+  CHECK_THAT(energy(model, q, v, 0.4), WithinAbs(T + V, rounding));
+  CHECK_THAT(energy(model, s), WithinAbs(T + V, rounding));
+  CHECK_THAT(lagrangian(model, q, v, 0.4), WithinAbs(T - V, rounding));
+  CHECK_THAT(lagrangian(model, s), WithinAbs(T - V, rounding));
+  CHECK_THAT(jacobi_energy(model, q, v, 0.4), WithinAbs(T + V, rounding));
+  CHECK_THAT(jacobi_energy(model, s), WithinAbs(T + V, rounding));
+  CHECK((lagrangian_gradient(model, q, v, 0.4) - Vector2d(0.0, -m * g)).norm() < rounding);
+  CHECK((lagrangian_gradient(model, s) - Vector2d(0.0, -m * g)).norm() < rounding);
+  CHECK((conjugate_momenta(model, q, v, 0.4) - m * v).norm() < rounding);
+  CHECK((conjugate_momenta(model, s) - m * v).norm() < rounding);
+  CHECK((mass_matrix(model, q, v, 0.4) - m * Eigen::Matrix2d::Identity()).norm() < rounding);
+  CHECK((mass_matrix(model, s) - m * Eigen::Matrix2d::Identity()).norm() < rounding);
+  CHECK((rhs(model, q, v, 0.4) - forces).norm() < rounding);
+  CHECK((rhs(model, s) - forces).norm() < rounding);
+  CHECK((acceleration(model, q, v, 0.4) - forces / m).norm() < rounding);
+  CHECK((acceleration(model, s) - forces / m).norm() < rounding);
+  CHECK((motion_residual(model, q, v, a, 0.4) - (m * a - forces)).norm() < rounding);
+  CHECK((motion_residual(model, s, a) - (m * a - forces)).norm() < rounding);
+  CHECK_THAT(power(model, q, v, 0.4), WithinAbs(-drag * v.squaredNorm(), rounding));
+  CHECK_THAT(power(model, s), WithinAbs(-drag * v.squaredNorm(), rounding));
+  CHECK_THAT(energy_rate(model, q, v, 0.4), WithinAbs(-drag * v.squaredNorm(), rounding));
+  CHECK_THAT(energy_rate(model, s), WithinAbs(-drag * v.squaredNorm(), rounding));
+  for (const auto& slopes : {acceleration_jacobian(model, q, v, 0.4), acceleration_jacobian(model, s)}) {
+    CHECK((slopes.qddot - forces / m).norm() < rounding);
+    CHECK(slopes.d_q.norm() < rounding);
+    CHECK((slopes.d_qdot + drag / m * Eigen::Matrix2d::Identity()).norm() < rounding);
+  }
+}
+
+TEST_CASE("a system, a scene without effects and one with air answer the same questions, at a State as at its numbers") {
+  check_of_both(bob, 0.0);
+  check_of_both(scene(bob), 0.0);
+  check_of_both(scene(bob, air), c);
+  CHECK(reactions(bob, State<2>{0.0, Vector2d(0.3, -1.2), Vector2d(0.8, 0.5)}) == Vector2d::Zero());
+  CHECK(reactions(scene(bob), State<2>{0.0, Vector2d(0.3, -1.2), Vector2d(0.8, 0.5)}) == Vector2d::Zero());
+}
+
 TEST_CASE("what a motion needs beyond a scene's own forces is m a + m g + c v, and on the free motion what the rod gives") {
   const ByAngle hand;
   const State<2> s = hand.state();

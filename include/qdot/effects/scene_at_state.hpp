@@ -6,7 +6,7 @@
 //     const State<2> s = run.trajectory.at(1.5);
 //     energy(scene, s), power(scene, s), reactions(scene, s), acceleration_jacobian(scene, s)
 //
-// Systems have the same words (mechanics/energy.hpp, mechanics/equations_of_motion.hpp). The effects' own states z are no part of a State:
+// Systems, which are scenes without effects, have the same words: no power, no reactions. The effects' own states z are no part of a State:
 // they are at their initial values unless they are given behind it, and contacts and dry friction are in the phases that fit the state
 // as it is. A contact that is being hit counts as open, since the blow is still to come. Where more than one choice fits, z decides:
 //
@@ -55,7 +55,18 @@ Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<S
   return acceleration(scene, state, detail::states_at(scene, state));
 }
 
-/// Generalized reaction forces Jᵀλ of the constraints at a state, n.
+/// Generalized forces of a scene at a state without its constraints, n.
+template <class Sys, class... Effects>
+Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  return rhs(scene, Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t, z);
+}
+template <class Sys, class... Effects>
+Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
+  return rhs(scene, state, detail::states_at(scene, state));
+}
+
+/// Generalized reaction forces Jᵀλ of the constraints at a state, n; none of a system.
 template <class Sys, class... Effects>
 Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
   detail::require_sizes(scene, state.q, state.qdot);
@@ -65,8 +76,12 @@ template <class Sys, class... Effects>
 Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
   return reactions(scene, state, detail::states_at(scene, state));
 }
+template <class E, int n, Inertia inertia>
+Vector<double, n> reactions(const System<E, n, inertia>& system, const State<n>& state) {
+  return reactions(system, state.q, state.qdot, state.t);
+}
 
-/// Power q̇·(ΣQ + Jᵀλ) of the non-conservative effects and constraints at a state.
+/// Power q̇·(ΣQ + Jᵀλ) of the non-conservative effects and constraints at a state; none of a system.
 template <class Sys, class... Effects>
 double power(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
   detail::require_sizes(scene, state.q, state.qdot);
@@ -76,23 +91,9 @@ template <class Sys, class... Effects>
 double power(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
   return power(scene, state, detail::states_at(scene, state));
 }
-
-/// E = T + V of a scene at a state, the potential terms of its effects included.
-template <class Sys, class... Effects>
-double energy(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return energy(scene.system(), state);
-}
-
-/// L = T − V of a scene at a state, the potential terms of its effects included.
-template <class Sys, class... Effects>
-double lagrangian(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return lagrangian(scene.system(), state.q, state.qdot, state.t);
-}
-
-/// h = q̇·p − L of a scene at a state.
-template <class Sys, class... Effects>
-double jacobi_energy(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return jacobi_energy(scene.system(), state);
+template <class E, int n, Inertia inertia>
+double power(const System<E, n, inertia>& system, const State<n>& state) {
+  return power(system, state.q, state.qdot, state.t);
 }
 
 /// q̈ of a scene and its exact derivatives with respect to q and q̇ (n×n each), the effects' own states held.
@@ -121,6 +122,11 @@ template <class Sys, class... Effects>
 AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
   return acceleration_jacobian(scene, state, detail::states_at(scene, state));
 }
+template <class Sys, class... Effects, class... Z>
+AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q,
+                                                                     const Coordinates<Sys>& qdot, double t = 0.0, const Z&... z) {
+  return acceleration_jacobian(scene, State<Sys::dof_at_compile_time>{t, q, qdot}, z...);
+}
 
 /// The forces M q̈ − rhs − ΣQ that a motion needs beyond those of the scene, n (inverse dynamics); what its constraints bear is in them.
 ///
@@ -140,6 +146,11 @@ Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Stat
 template <class Sys, class... Effects>
 Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot) {
   return motion_residual(scene, state, qddot, detail::states_at(scene, state));
+}
+template <class Sys, class... Effects, class... Z>
+Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, const Coordinates<Sys>& qddot,
+                                 double t = 0.0, const Z&... z) {
+  return motion_residual(scene, State<Sys::dof_at_compile_time>{t, q, qdot}, qddot, z...);
 }
 
 }  // namespace qdot

@@ -97,13 +97,6 @@ template <class Sys, class... Effects>
   return rhs(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
 
-/// Mass matrix of the scene's system.
-template <class Sys, class... Effects>
-Matrix<double, Sys::dof_at_compile_time> mass_matrix(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q,
-                                                     const Coordinates<Sys>& qdot, double t = 0.0) {
-  return mass_matrix(scene.system(), q, qdot, t);
-}
-
 namespace detail {
 
 // q̈ and λ where the shortest way is none: by the ways that hold for everything, and that name what is wrong.
@@ -245,31 +238,29 @@ template <class Sys, class... Effects>
   return acceleration(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
 
-/// Generalized reaction forces Jᵀλ of the constraints on the system, n.
+/// A system has no effects: no power and no reactions.
+template <class E, int n, Inertia inertia>
+double power(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double = 0.0) {
+  detail::require_sizes(system, q, qdot);
+  return 0.0;
+}
+template <class E, int n, Inertia inertia>
+Vector<double, n> reactions(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double = 0.0) {
+  detail::require_sizes(system, q, qdot);
+  return detail::zeros<Vector<double, n>>(system.dof());
+}
+
+/// Generalized reaction forces Jᵀλ of the constraints on the system, n; zero where there are none.
 template <class Sys, class... Effects>
 Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t,
                            const EffectStates<Scene<Sys, Effects...>>& z) {
-  return constraint_jacobian(scene, q, qdot, t, z).transpose() * constrained_acceleration(scene, q, qdot, t, z).lambda;
+  if constexpr (Scene<Sys, Effects...>::has_constraints)
+    return constraint_jacobian(scene, q, qdot, t, z).transpose() * constrained_acceleration(scene, q, qdot, t, z).lambda;
+  else return reactions(scene.system(), q, qdot, t);
 }
 template <class Sys, class... Effects>
 Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
   return reactions(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
-}
-
-/// E = T + V of a scene, the potential terms of its effects included.
-template <class Sys, class... Effects>
-double energy(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
-  return energy(scene.system(), q, qdot, t);
-}
-
-/// p = ∂L/∂q̇ of a scene, n; the terms that its effects add to L included.
-template <class Sys, class... Effects>
-Coordinates<Sys> conjugate_momenta(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
-  return conjugate_momenta(scene.system(), q, qdot, t);
-}
-template <class Sys, class... Effects>
-Coordinates<Sys> conjugate_momenta(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return conjugate_momenta(scene.system(), state);
 }
 
 /// Power of the non-conservative effects and constraints: q̇·(ΣQ + Jᵀλ).
@@ -286,5 +277,4 @@ template <class Sys, class... Effects>
 double power(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
   return power(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
-
 }  // namespace qdot

@@ -44,7 +44,7 @@ struct EnergyBalance {
 
 /// Rate of h on a motion: P − ∂L/∂t. Zero for a system whose energies do not depend on time.
 template <class E, int n, Inertia inertia>
-double energy_rate(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t) {
+double energy_rate(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t = 0.0) {
   if constexpr (System<E, n, inertia>::autonomous) {
     return 0.0;
   } else {
@@ -63,8 +63,14 @@ double energy_rate(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& 
   return power(scene, q, qdot, t, z) + energy_rate(scene.system(), q, qdot, t);
 }
 template <class Sys, class... Effects>
-double energy_rate(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t) {
+double energy_rate(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
   return energy_rate(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
+}
+/// At a State, of both.
+template <HasEnergies M>
+double energy_rate(const M& model, const State<M::dof_at_compile_time>& state) {
+  using Q = Vector<double, M::dof_at_compile_time>;
+  return energy_rate(model, Q(state.q), Q(state.qdot), state.t);
 }
 
 /// The observer that keeps an energy balance, from functors h(t, y) and rate(t, y).

@@ -151,5 +151,10 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
   detail::jacobian_by_duals(system, q, qdot, t, result);
   return result;
 }
+/// q̈ and its derivatives at a State.
+template <class E, int n, Inertia inertia>
+AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& system, const State<n>& state) {
+  return acceleration_jacobian(system, state.q, state.qdot, state.t);
+}
 
 }  // namespace qdot

@@ -158,6 +158,11 @@ auto rhs(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, con
   if constexpr (std::is_same_v<S, double>) return mass_and_rhs(system, Vector<S, n>(q), Vector<S, n>(qdot), t).r;
   else return detail::lagrange_rhs<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
 }
+/// The right-hand side at a State.
+template <class E, int n, Inertia inertia>
+Vector<double, n> rhs(const System<E, n, inertia>& system, const State<n>& state) {
+  return rhs(system, state.q, state.qdot, state.t);
+}
 
 /// Accelerations q̈ from Lagrange's equations at a state.
 ///
@@ -187,6 +192,11 @@ auto motion_residual(const System<E, n, inertia>& system, const Eigen::MatrixBas
   detail::require_sizes(system, q, qdot);
   detail::require_sizes(system, qddot, qdot);
   return detail::lagrange_residual<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), Vector<S, n>(qddot), t);
+}
+/// The force that a motion needs at a State.
+template <class E, int n, Inertia inertia>
+Vector<double, n> motion_residual(const System<E, n, inertia>& system, const State<n>& state, const Vector<double, n>& qddot) {
+  return motion_residual(system, state.q, state.qdot, qddot, state.t);
 }
 
 /// q̈ by one way (mechanics/by.hpp), with the same errors. Copies the system.

@@ -7,22 +7,26 @@
 
 #include <type_traits>
 
+#include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
 
 namespace qdot {
 
 /// Mass matrix M(q, q̇) = ∂²T/∂q̇∂q̇ at a state.
 ///
-/// Exact to rounding. Of numbers together with the right-hand side, by the shortest way (mass_and_rhs.hpp).
+/// Of a system, or a scene, whose T holds the terms of its effects. Exact to rounding. Numbers come together with the right-hand side, by the shortest way
+/// (mass_and_rhs.hpp).
 ///
 /// @param q     generalized coordinates, n      [units of the model]
 /// @param qdot  generalized velocities, n       [those units per unit time]
 /// @return      n×n, symmetric; positive definite wherever T is a true kinetic energy
 /// @throws      DimensionError  when n is known at run time and a size disagrees
-template <class E, int n, Inertia inertia, class Q, class Qdot>
-auto mass_matrix(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <HasEnergies Model, class Q, class Qdot>
+auto mass_matrix(const Model& model, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
                  typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
+  constexpr int n = Model::dof_at_compile_time;
+  const auto& system = model.system();
   detail::require_sizes(system, q, qdot);
   if constexpr (std::is_same_v<S, double>) {
     Matrix<double, n> M = detail::zeros<Matrix<double, n>>(q.size(), q.size());
@@ -33,6 +37,11 @@ auto mass_matrix(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>
   }
   if constexpr (std::is_same_v<S, double>) return detail::general_mass_matrix<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t);
   else return detail::kinetic_hessian<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
+}
+/// M at a State.
+template <HasEnergies Model>
+Matrix<double, Model::dof_at_compile_time> mass_matrix(const Model& model, const State<Model::dof_at_compile_time>& state) {
+  return mass_matrix(model, state.q, state.qdot, state.t);
 }
 
 }  // namespace qdot

@@ -124,6 +124,8 @@ class System {
   /// All but the energies.
   const detail::SystemParts& parts() const noexcept { return parts_; }
 
+  /// Itself: a scene has a system with the terms of its effects, and this is a scene without.
+  const System& system() const noexcept { return *this; }
   /// The object with T and V.
   const Energies& energies() const noexcept { return energies_; }
 
