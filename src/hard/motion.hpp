@@ -41,8 +41,7 @@ Motion motion(const Sys& system, Energy energy = Energy::conserved) {
   Motion m{.system = system,
            .energy = [system](double t, const State_& y) {
              const Vector<double, n> q = y.head(system.dof()), v = y.segment(system.dof(), system.dof());
-             if constexpr (requires { system.system(); }) return jacobi_energy(system.system(), q, v, t);
-             else return jacobi_energy(system, q, v, t);
+             return jacobi_energy(system, q, v, t);
            },
            .is_holonomic = has_holonomic_constraints<Sys>};
   if (energy == Energy::worked_upon)

@@ -131,6 +131,24 @@ TEST_CASE("lines of one phase are not taken for another") {
   }
 }
 
+TEST_CASE("functors that branch are projected by lines of the branch on which the state is") {
+  // A rod whose metric is another on each side of x = 0.
+  const auto heavier = mechanical_system<2>([](const auto& q, const auto& v) {
+    using S = std::remove_cvref_t<decltype(q[0] * v[0])>;
+    return q[0] > 0.0 ? S(0.5 * v.squaredNorm()) : S(1.5 * v[0] * v[0] + 0.5 * v[1] * v[1]);
+  });
+  const auto s = scene(heavier, holonomic("rod", [](const auto& q) { return 0.5 * (q.squaredNorm() - 2.25); }));
+  const auto form = form_of_run(s), by_newton = first_order_form(s).by(By::duals);
+  for (const double side : {1.0, -1.0, 1.0, -1.0}) {
+    const Eigen::VectorXd there = Eigen::Vector4d(0.9 * side, -1.2, 0.4, 0.3 * side);
+    CHECK(is_by_lines(form, 0.0, there));
+    Eigen::VectorXd found = moved(there, 4), expected = found;
+    form.project(0.0, found);
+    by_newton.project(0.0, expected);
+    CHECK((found - expected).cwiseAbs().maxCoeff() < rounded);
+  }
+}
+
 TEST_CASE("what is not an ordinary step is Newton's method's, to the bit") {
   const auto same_bits = [](const auto& s, const Eigen::VectorXd& rough) {
     const auto form = form_of_run(s), by_newton = first_order_form(s).by(By::duals);

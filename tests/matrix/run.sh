@@ -13,7 +13,7 @@
 # strict    a project that takes qdot by FetchContent with all of clang's warnings as errors
 # aarch64   the machine code for AArch64, in an emulator
 #
-# All rows without a name. Each has a folder of its own in build/matrix. A line for each row says how it ended; the exit status is 0 if all passed.
+# All rows without a name. Each has a folder of its own in build/matrix. The first takes the last commit, the others the working tree. A line for each row says how it ended; the exit status is 0 if all passed.
 # Set SUITE (forky) for another Debian.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -55,12 +55,14 @@ examples_by_both() { # examples_by_both ROW OPTION…
 }
 
 debian() {
-  SUITE=${SUITE:-forky} "$root/tests/bare_machine/try.sh" "$root/build/matrix/debian" ./check > "$root/build/matrix/debian.log" 2>&1 ||
-    { tail -n 5 "$root/build/matrix/debian.log"; return 1; }
+  local suite=${SUITE:-forky} log=$root/build/matrix/debian.log
+  SUITE=$suite "$root/tests/bare_machine/try.sh" "$root/build/matrix/debian-$suite" ./check > "$log" 2>&1 || { tail -n 5 "$log"; return 1; }
 }
 libc++() {
-  local version=${clang##*-}
-  install "libc++-$version-dev" "libc++abi-$version-dev" || install libc++-dev libc++abi-dev
+  local version
+  version=$(printf __clang_major__ | "$clang" -E -P -x c -)
+  echo '#include <version>' | "$clang" -std=c++20 -stdlib=libc++ -x c++ -fsyntax-only - 2> /dev/null ||
+    install "libc++-$version-dev" "libc++abi-$version-dev" || { tail -n 5 "$root/build/matrix/install.log"; return 1; }
   # Ipopt's C++ library and Open MPI's speak the other library.
   tested libc++ "$clang" all . -DCMAKE_CXX_FLAGS=-stdlib=libc++ -DQDOT_WITH_IPOPT=OFF -DQDOT_WITH_MPI=OFF
 }

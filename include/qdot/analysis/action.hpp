@@ -94,7 +94,7 @@ Action action_of(const std::function<double(double)>& L, double t_a, double t_b,
 /// @throws          InvalidValue when t_b is not later, or where L is not finite; DimensionError for a path of another size
 template <class Model, class Path>
 Action action(const Model& model, const Path& path, double t_a, double t_b, const ActionOptions& options = {}) {
-  const auto& system = detail::system_of(model);
+  const auto& system = model.system();
   return detail::action_of(
       [&](double t) {
         const auto state = detail::state_on_path<Model::dof_at_compile_time>(path, t, system.dof());

@@ -59,7 +59,7 @@ const auto& conservative_system(const Model& model) {
     static_assert(!Model::has_forces && !Model::has_constraints && !Model::has_states,
                   "qdot: M, G and K alone describe small motions of systems and of scenes that add potentials or terms of L to them; with forces, dampers, controllers or "
                   "constraints ask damped_modes(linearization(scene, equilibrium_near(scene, q))), from analysis/damped_modes.hpp");
-  return system_of(model);
+  return model.system();
 }
 
 // Force i must be nothing beside its terms Σ |K_ij| |q_j|. Where the equilibrium is at zero these are nothing themselves: then K must be the same there,

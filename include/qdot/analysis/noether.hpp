@@ -159,7 +159,7 @@ std::vector<State<n>> scattered_states(Eigen::Index dof) {
 /// @throws InvalidValue  when q' at s = 0 is not q, when the family moves nothing, or when no state could be looked at
 template <class Model, class Family, class Gauge = NoGauge, int n = Model::dof_at_compile_time>
 SymmetryViolation<n> symmetry_violation(const Model& model, const Family& family, const Gauge& gauge = {}, const std::vector<State<n>>& states = {}) {
-  const auto& system = detail::system_of(model);
+  const auto& system = model.system();
   const Eigen::Index k = system.dof();
   SymmetryViolation<n> worst;
   double share_of_worst = -1.0;
@@ -244,7 +244,7 @@ class NoetherIntegral {
 /// @throws InvalidValue  as symmetry_violation(); and when it is no symmetry, with the violation and the state where it is worst
 template <class Model, class Family, class Gauge = NoGauge, int n = Model::dof_at_compile_time>
 auto noether_integral(const Model& model, Family family, Gauge gauge = {}, const std::vector<State<n>>& states = {}) {
-  const auto& system = detail::system_of(model);
+  const auto& system = model.system();
   SymmetryViolation<n> violation = symmetry_violation<Model, Family, Gauge, n>(model, family, gauge, states);
   if (!violation.is_symmetry()) {
     std::string where;

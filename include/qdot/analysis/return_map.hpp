@@ -189,7 +189,7 @@ void write_slopes(ReturnMap<n>& found, const System& system, const G& g, double 
   };
   found.surface_slope = slope_of(surface_at, x0, x1);
   const auto energy_at = [&](double t) {
-    return [&system, t, dof](const Eigen::VectorXd& x) { return jacobi_energy(system_of(system), State<n>{t, x.head(dof), x.tail(dof)}); };
+    return [&system, t, dof](const Eigen::VectorXd& x) { return jacobi_energy(system.system(), State<n>{t, x.head(dof), x.tail(dof)}); };
   };
   found.energy_slope = slope_of(energy_at(t0), x0, x1);
   if (found.energy_slope.size() == 0) return;

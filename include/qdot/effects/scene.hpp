@@ -63,11 +63,7 @@ constexpr bool has_energy_terms = ((LagrangianEffect<Effects, Sys::dof_at_compil
 // The energies of a system, or of what was made of it, with its names.
 template <class Sys, class Energies, class Named>
 Sys named_system(const Energies& energies, const Named& named) {
-  const KeptLines* const kept = [&] {
-    if constexpr (requires { named.system(); }) return named.system().kept_lines();
-    else return named.kept_lines();
-  }();
-  return Sys(energies, named.dof()).with_names(coordinate_names(named)).by(kept->by());
+  return Sys(energies, named.dof()).with_names(coordinate_names(named)).by(named.system().kept_lines()->by());
 }
 
 // The system that Lagrange's equations are written for.
@@ -177,20 +173,6 @@ class Scene {
 /// The effects' own states at a moment, z; empty for most scenes.
 template <class Sc>
 using EffectStates = Vector<double, Sc::states_at_compile_time>;
-
-namespace detail {
-
-// A system, or that of a scene.
-template <class E, int n, Inertia inertia>
-const System<E, n, inertia>& system_of(const System<E, n, inertia>& system) {
-  return system;
-}
-template <class Sys, class... Effects>
-const auto& system_of(const Scene<Sys, Effects...>& scene) {
-  return scene.system();
-}
-
-}  // namespace detail
 
 /// A system with the effects that it names, in any order; effects given twice count twice.
 ///

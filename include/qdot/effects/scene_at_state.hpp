@@ -6,7 +6,7 @@
 //     const State<2> s = run.trajectory.at(1.5);
 //     energy(scene, s), power(scene, s), reactions(scene, s), acceleration_jacobian(scene, s)
 //
-// Systems, which are scenes without effects, have the same words: no power, no reactions. The effects' own states z are no part of a State:
+// Systems, which are scenes without effects, have the same words; their power and reactions are zero. The effects' own states z are no part of a State:
 // they are at their initial values unless they are given behind it, and contacts and dry friction are in the phases that fit the state
 // as it is. A contact that is being hit counts as open, since the blow is still to come. Where more than one choice fits, z decides:
 //
@@ -40,62 +40,6 @@ EffectStates<Scene<Sys, Effects...>> states_at(const Scene<Sys, Effects...>& sce
 
 }  // namespace detail
 
-/// q̈ of a scene at a state, n; constraints and effects included.
-///
-/// @param z  the effects' own states; where they are left out, phases are chosen
-/// @throws as acceleration(scene, q, qdot, t, z); without z InvalidValue where several phases fit
-template <class Sys, class... Effects>
-Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
-                              const EffectStates<Scene<Sys, Effects...>>& z) {
-  detail::require_sizes(scene, state.q, state.qdot);
-  return acceleration(scene, Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t, z);
-}
-template <class Sys, class... Effects>
-Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return acceleration(scene, state, detail::states_at(scene, state));
-}
-
-/// Generalized forces of a scene at a state without its constraints, n.
-template <class Sys, class... Effects>
-Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
-  detail::require_sizes(scene, state.q, state.qdot);
-  return rhs(scene, Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t, z);
-}
-template <class Sys, class... Effects>
-Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return rhs(scene, state, detail::states_at(scene, state));
-}
-
-/// Generalized reaction forces Jᵀλ of the constraints at a state, n; none of a system.
-template <class Sys, class... Effects>
-Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
-  detail::require_sizes(scene, state.q, state.qdot);
-  return reactions(scene, Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t, z);
-}
-template <class Sys, class... Effects>
-Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return reactions(scene, state, detail::states_at(scene, state));
-}
-template <class E, int n, Inertia inertia>
-Vector<double, n> reactions(const System<E, n, inertia>& system, const State<n>& state) {
-  return reactions(system, state.q, state.qdot, state.t);
-}
-
-/// Power q̇·(ΣQ + Jᵀλ) of the non-conservative effects and constraints at a state; none of a system.
-template <class Sys, class... Effects>
-double power(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
-  detail::require_sizes(scene, state.q, state.qdot);
-  return power(scene, Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t, z);
-}
-template <class Sys, class... Effects>
-double power(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return power(scene, state, detail::states_at(scene, state));
-}
-template <class E, int n, Inertia inertia>
-double power(const System<E, n, inertia>& system, const State<n>& state) {
-  return power(system, state.q, state.qdot, state.t);
-}
-
 /// q̈ of a scene and its exact derivatives with respect to q and q̇ (n×n each), the effects' own states held.
 ///
 /// On constraints: of q̈ as J q̈ = γ and M q̈ = rhs + ΣQ + Jᵀλ give it for any q and q̇, also for such as leave the constraints.
@@ -103,29 +47,26 @@ double power(const System<E, n, inertia>& system, const State<n>& state) {
 ///
 /// @throws NonFinite  when a derivative is not finite there
 template <class Sys, class... Effects>
-AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
+AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q,
+                                                                     const Coordinates<Sys>& qdot, double t,
                                                                      const EffectStates<Scene<Sys, Effects...>>& z) {
-  detail::require_sizes(scene, state.q, state.qdot);
   if constexpr (sizeof...(Effects) == 0) {
-    return acceleration_jacobian(scene.system(), Coordinates<Sys>(state.q), Coordinates<Sys>(state.qdot), state.t);
+    return acceleration_jacobian(scene.system(), q, qdot, t);
   } else {
+    detail::require_sizes(scene, q, qdot);
     const SceneForm<Scene<Sys, Effects...>> form(scene);
-    const Eigen::Index n = state.q.size();
+    const Eigen::Index n = q.size();
     Eigen::VectorXd y(form.size());
-    y << state.q, state.qdot, z;
+    y << q, qdot, z;
     Eigen::MatrixXd J(form.size(), form.size());
-    form.jacobian(state.t, y, J);
-    return {acceleration(scene, state, z), J.block(n, 0, n, n), J.block(n, n, n, n)};
+    form.jacobian(t, y, J);
+    return {acceleration(scene, q, qdot, t, z), J.block(n, 0, n, n), J.block(n, n, n, n)};
   }
 }
 template <class Sys, class... Effects>
-AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state) {
-  return acceleration_jacobian(scene, state, detail::states_at(scene, state));
-}
-template <class Sys, class... Effects, class... Z>
 AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q,
-                                                                     const Coordinates<Sys>& qdot, double t = 0.0, const Z&... z) {
-  return acceleration_jacobian(scene, State<Sys::dof_at_compile_time>{t, q, qdot}, z...);
+                                                                     const Coordinates<Sys>& qdot, double t = 0.0) {
+  return acceleration_jacobian(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
 
 /// The forces M q̈ − rhs − ΣQ that a motion needs beyond those of the scene, n (inverse dynamics); what its constraints bear is in them.
@@ -135,22 +76,16 @@ AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene
 /// @param qddot  the wanted accelerations, n
 /// @throws DimensionError  when n is known at run time and a size disagrees
 template <class Sys, class... Effects>
-Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot,
-                                 const EffectStates<Scene<Sys, Effects...>>& z) {
-  detail::require_sizes(scene, state.q, state.qdot);
-  const Coordinates<Sys> q = state.q, qdot = state.qdot;
-  Coordinates<Sys> F = motion_residual(scene.system(), q, qdot, qddot, state.t);
-  if constexpr (Scene<Sys, Effects...>::has_forces) F -= effect_forces(scene, q, qdot, z, state.t);
+Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, const Coordinates<Sys>& qddot,
+                                 double t, const EffectStates<Scene<Sys, Effects...>>& z) {
+  Coordinates<Sys> F = motion_residual(scene.system(), q, qdot, qddot, t);
+  if constexpr (Scene<Sys, Effects...>::has_forces) F -= effect_forces(scene, q, qdot, z, t);
   return F;
 }
 template <class Sys, class... Effects>
-Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot) {
-  return motion_residual(scene, state, qddot, detail::states_at(scene, state));
-}
-template <class Sys, class... Effects, class... Z>
 Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, const Coordinates<Sys>& qddot,
-                                 double t = 0.0, const Z&... z) {
-  return motion_residual(scene, State<Sys::dof_at_compile_time>{t, q, qdot}, qddot, z...);
+                                 double t = 0.0) {
+  return motion_residual(scene, q, qdot, qddot, t, detail::states_at(scene, q, qdot, t));
 }
 
 }  // namespace qdot

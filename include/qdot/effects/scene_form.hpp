@@ -151,8 +151,8 @@ class SceneForm {
         const auto now = phases(y.data());
         double ydot[2 * n + states];
         if (const auto lines = rates_.at(*scene_.system().kept_lines(), [this] { return recordable(); }, t, y.data(), now, ydot)) {
-          const auto& further = lines->further([&] { return detail::projection_by_lines(*lines); });
-          if (static_cast<const detail::AnyProjection&>(further).project(t, y.data(), now, report)) return report;
+          const auto& projection = lines->attached([&] { return detail::projection_by_lines(*lines); });
+          if (static_cast<const detail::AnyProjection&>(projection).project(t, y.data(), now, report)) return report;
         }
       }
     }

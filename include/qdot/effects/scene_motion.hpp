@@ -238,14 +238,33 @@ template <class Sys, class... Effects>
   return acceleration(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
 
-/// A system has no effects: no power and no reactions.
+/// T + V, as mechanics/energy.hpp has it, for numbers in braces.
+template <class Sys, class... Effects>
+double energy(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
+  return energy(scene.system(), q, qdot, t);
+}
+/// p = ∂L/∂q̇, likewise.
+template <class Sys, class... Effects>
+Coordinates<Sys> conjugate_momenta(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
+  return conjugate_momenta(scene.system(), q, qdot, t);
+}
+/// M, likewise.
+template <class Sys, class... Effects>
+Matrix<double, Sys::dof_at_compile_time> mass_matrix(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
+                                                     double t = 0.0) {
+  return mass_matrix(scene.system(), q, qdot, t);
+}
+
+/// Of a system, which has no effects, both are zero.
 template <class E, int n, Inertia inertia>
-double power(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double = 0.0) {
+double power(const System<E, n, inertia>& system, const std::type_identity_t<Vector<double, n>>& q,
+             const std::type_identity_t<Vector<double, n>>& qdot, double = 0.0) {
   detail::require_sizes(system, q, qdot);
   return 0.0;
 }
 template <class E, int n, Inertia inertia>
-Vector<double, n> reactions(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double = 0.0) {
+Vector<double, n> reactions(const System<E, n, inertia>& system, const std::type_identity_t<Vector<double, n>>& q,
+                            const std::type_identity_t<Vector<double, n>>& qdot, double = 0.0) {
   detail::require_sizes(system, q, qdot);
   return detail::zeros<Vector<double, n>>(system.dof());
 }
@@ -277,4 +296,18 @@ template <class Sys, class... Effects>
 double power(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
   return power(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
+/// Reactions and power at a State, of a scene or a system.
+///
+/// @param z  nothing, or the effects' own states
+template <HasEnergies M, class... Z>
+Vector<double, M::dof_at_compile_time> reactions(const M& model, const State<M::dof_at_compile_time>& state, const Z&... z) {
+  detail::require_sizes(model.system(), state.q, state.qdot);
+  return reactions(model, state.q, state.qdot, state.t, z...);
+}
+template <HasEnergies M, class... Z>
+double power(const M& model, const State<M::dof_at_compile_time>& state, const Z&... z) {
+  detail::require_sizes(model.system(), state.q, state.qdot);
+  return power(model, state.q, state.qdot, state.t, z...);
+}
+
 }  // namespace qdot

@@ -44,7 +44,8 @@ struct EnergyBalance {
 
 /// Rate of h on a motion: P − ∂L/∂t. Zero for a system whose energies do not depend on time.
 template <class E, int n, Inertia inertia>
-double energy_rate(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t = 0.0) {
+double energy_rate(const System<E, n, inertia>& system, const std::type_identity_t<Vector<double, n>>& q,
+                   const std::type_identity_t<Vector<double, n>>& qdot, double t = 0.0) {
   if constexpr (System<E, n, inertia>::autonomous) {
     return 0.0;
   } else {
@@ -69,8 +70,7 @@ double energy_rate(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& 
 /// At a State, of both.
 template <HasEnergies M>
 double energy_rate(const M& model, const State<M::dof_at_compile_time>& state) {
-  using Q = Vector<double, M::dof_at_compile_time>;
-  return energy_rate(model, Q(state.q), Q(state.qdot), state.t);
+  return energy_rate(model, state.q, state.qdot, state.t);
 }
 
 /// The observer that keeps an energy balance, from functors h(t, y) and rate(t, y).
@@ -129,7 +129,7 @@ auto energy_meter(const Sys& system) {
   const auto h = [&system](double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
     const Eigen::Index k = system.dof();
     const Vector<double, n> q = y.head(k), qdot = y.segment(k, k);
-    return jacobi_energy(detail::system_of(system), q, qdot, t);
+    return jacobi_energy(system.system(), q, qdot, t);
   };
   const auto rate = [&system](double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
     const Eigen::Index k = system.dof();

@@ -151,10 +151,13 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
   detail::jacobian_by_duals(system, q, qdot, t, result);
   return result;
 }
-/// q̈ and its derivatives at a State.
-template <class E, int n, Inertia inertia>
-AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& system, const State<n>& state) {
-  return acceleration_jacobian(system, state.q, state.qdot, state.t);
+/// q̈ and its derivatives at a State, of a system or a scene.
+///
+/// @param z  nothing, or the own states of a scene's effects
+template <HasEnergies M, class... Z>
+AccelerationJacobian<M::dof_at_compile_time> acceleration_jacobian(const M& model, const State<M::dof_at_compile_time>& state, const Z&... z) {
+  detail::require_sizes(model.system(), state.q, state.qdot);
+  return acceleration_jacobian(model, state.q, state.qdot, state.t, z...);
 }
 
 }  // namespace qdot

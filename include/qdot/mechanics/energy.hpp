@@ -14,7 +14,6 @@
 // Every function takes a system, or a scene, and a state, as (q, qdot, t) or as one State; t may be left out where nothing depends on it. T and V of a
 // scene hold the terms of its effects. q and qdot may hold duals: the results then are duals.
 
-#include <concepts>
 #include <type_traits>
 
 #include "qdot/ad/dual.hpp"
@@ -22,13 +21,6 @@
 #include "qdot/mechanics/system.hpp"
 
 namespace qdot {
-
-/// A system, or a scene: what has T and V.
-template <class M>
-concept HasEnergies = requires(const M& model) {
-  { M::dof_at_compile_time } -> std::convertible_to<int>;
-  model.system().energies();
-};
 
 /// Kinetic energy T at a state; one evaluation of T.
 ///

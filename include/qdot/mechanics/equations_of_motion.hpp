@@ -23,13 +23,6 @@ namespace qdot {
 
 namespace detail {
 
-// The energies of a system, or of the system of a scene.
-template <class Sys>
-const auto& energies_behind(const Sys& system) {
-  if constexpr (requires { system.energies(); }) return system.energies();
-  else return system.system().energies();
-}
-
 template <class Number = double>
 [[noreturn, gnu::cold]] void throw_not_finite(const std::string& name, double t) {
   throw NonFinite(name, t, sentence({"the equations of motion must be finite, but ", name, " is not at t = ", {t, 6},
@@ -56,7 +49,7 @@ void require_finite_acceleration(const Sys& system, const Vector<S, n>& qddot, c
   if (finite) return;
   const double at = static_cast<double>(innermost_value(t));
   if constexpr (std::is_same_v<S, double>)
-    if (all_finite(q.data(), q.size()) && all_finite(qdot.data(), qdot.size())) require_finite_energies(energies_behind(system), q, qdot, t);
+    if (all_finite(q.data(), q.size()) && all_finite(qdot.data(), qdot.size())) require_finite_energies(system.system().energies(), q, qdot, t);
   require_finite_state(system, q, qdot, at);
   for (Eigen::Index i = 0; i < q.size(); ++i)
     if (!isfinite(innermost_value(qddot[i]))) throw_not_finite(sentence({"the acceleration of ", system.coordinate_name(i)}), at);
@@ -158,11 +151,6 @@ auto rhs(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, con
   if constexpr (std::is_same_v<S, double>) return mass_and_rhs(system, Vector<S, n>(q), Vector<S, n>(qdot), t).r;
   else return detail::lagrange_rhs<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), t);
 }
-/// The right-hand side at a State.
-template <class E, int n, Inertia inertia>
-Vector<double, n> rhs(const System<E, n, inertia>& system, const State<n>& state) {
-  return rhs(system, state.q, state.qdot, state.t);
-}
 
 /// Accelerations q̈ from Lagrange's equations at a state.
 ///
@@ -193,11 +181,6 @@ auto motion_residual(const System<E, n, inertia>& system, const Eigen::MatrixBas
   detail::require_sizes(system, qddot, qdot);
   return detail::lagrange_residual<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), Vector<S, n>(qddot), t);
 }
-/// The force that a motion needs at a State.
-template <class E, int n, Inertia inertia>
-Vector<double, n> motion_residual(const System<E, n, inertia>& system, const State<n>& state, const Vector<double, n>& qddot) {
-  return motion_residual(system, state.q, state.qdot, qddot, state.t);
-}
 
 /// q̈ by one way (mechanics/by.hpp), with the same errors. Copies the system.
 template <class E, int n, Inertia inertia>
@@ -206,11 +189,30 @@ Vector<double, n> acceleration(const System<E, n, inertia>& system, const Vector
   return acceleration(system.by(way), q, qdot, t);
 }
 
-/// q̈ at a State.
-template <class E, int n, Inertia inertia>
-Vector<double, n> acceleration(const System<E, n, inertia>& system, const State<n>& state, By way = By::fastest) {
-  if (way == By::fastest) return acceleration(system, state.q, state.qdot, state.t);
-  return acceleration(system.by(way), state.q, state.qdot, state.t);
+/// q̈ at a State, of a system or a scene.
+///
+/// @param more  a way (mechanics/by.hpp), or the own states of a scene's effects
+template <HasEnergies M, class... More>
+Vector<double, M::dof_at_compile_time> acceleration(const M& model, const State<M::dof_at_compile_time>& state, const More&... more) {
+  detail::require_sizes(model.system(), state.q, state.qdot);
+  return acceleration(model, state.q, state.qdot, state.t, more...);
+}
+/// The right-hand side at a State, of both.
+///
+/// @param z  nothing, or the own states of a scene's effects
+template <HasEnergies M, class... Z>
+Vector<double, M::dof_at_compile_time> rhs(const M& model, const State<M::dof_at_compile_time>& state, const Z&... z) {
+  detail::require_sizes(model.system(), state.q, state.qdot);
+  return rhs(model, state.q, state.qdot, state.t, z...);
+}
+/// The force that accelerations q̈ need at a State, of both.
+///
+/// @param z  as above
+template <HasEnergies M, class... Z>
+Vector<double, M::dof_at_compile_time> motion_residual(const M& model, const State<M::dof_at_compile_time>& state,
+                                                       const Vector<double, M::dof_at_compile_time>& qddot, const Z&... z) {
+  detail::require_sizes(model.system(), state.q, state.qdot);
+  return motion_residual(model, state.q, state.qdot, qddot, state.t, z...);
 }
 
 }  // namespace qdot

@@ -7,7 +7,6 @@
 
 #include <type_traits>
 
-#include "qdot/mechanics/energy.hpp"
 #include "qdot/mechanics/mass_and_rhs.hpp"
 
 namespace qdot {

@@ -19,6 +19,7 @@
 // With constraints M q̈ = rhs + Jᵀλ, so that Jᵀλ is the force of the constraint *on* the system.
 // Angles are in rad, everything else in whatever consistent units the user has.
 
+#include <concepts>
 #include <initializer_list>
 #include <string>
 #include <type_traits>
@@ -174,6 +175,13 @@ class System {
  private:
   Energies energies_;
   mutable detail::SystemParts parts_;
+};
+
+/// A system, or a scene: what has T and V.
+template <class M>
+concept HasEnergies = requires(const M& model) {
+  { M::dof_at_compile_time } -> std::convertible_to<int>;
+  model.system().energies();
 };
 
 namespace detail {

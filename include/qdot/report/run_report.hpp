@@ -259,7 +259,7 @@ Page run_page(const System& system, const Run<n>& run, const ReportOptions& opti
                                .message = run.message, .completed = run.completed(), .events = run.events, .statistics = run.statistics,
                                .y = [&](double t) { return Eigen::VectorXd(run.trajectory.y(t)); }};
   Column T{"kinetic_energy", options.energy_unit, {}}, V{"potential_energy", options.energy_unit, {}}, E{"energy", options.energy_unit, {}};
-  const auto& bare = qdot::detail::system_of(system);
+  const auto& bare = system.system();
   for (const double t : reported.table.columns[0].values) {
     const auto s = form.state(t, run.trajectory.y(t));
     T.values.push_back(kinetic_energy(bare, s.q, s.qdot, t));

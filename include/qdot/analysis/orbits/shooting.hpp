@@ -134,7 +134,7 @@ class ShootingOf final : public Shooting {
     return f.head(size());
   }
   double energy(const Eigen::VectorXd& x, double p, double later) const override {
-    return jacobi_energy(system_of(member(p).system), state(x, later));
+    return jacobi_energy(member(p).system.system(), state(x, later));
   }
   Eigen::VectorXd settled(const Eigen::VectorXd& x, double p) const override {
     const auto one = member(p);

@@ -12,7 +12,7 @@
 namespace qdot::detail {
 
 /// Back onto the constraints after a step. Several threads may ask at once.
-struct AnyProjection : AnyRates::Further {
+struct AnyProjection : AnyRates::Attached {
   /// Projects y = [q; q̇; z]. False, with y unchanged, far from the constraints, in other phases and near dependent rows: effects/projection.hpp takes these.
   virtual bool project(double t, double* y, std::span<const double> phases, ProjectionReport& report) const = 0;
 };

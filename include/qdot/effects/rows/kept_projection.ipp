@@ -32,11 +32,13 @@ namespace qdot::detail {
 
 /// Lines of φ, J q̇ + ∂φ/∂t, J and both changes, for one combination of phases.
 ///
-/// Up to 16 coordinates, no more rows than these, and 2000 numbers; a projection allocates nothing.
+/// No more rows than coordinates, and 2000 numbers; a projection allocates nothing.
 class ProjectionLines final : public AnyProjection {
  public:
   [[gnu::cold]] ProjectionLines(TracedEquations<double> equations, const LimitsOfPivots& limits) : lines_(std::move(equations)), limits_(limits) {
     TracedEquations<double>& e = lines_.equations();
+    e.free_turns.clear();  // which refer to the recording of q̈
+    e.apart.clear();
     if (e.rows() == 0 || e.n() > most_coordinates || e.rows() > e.n() || !is_linear_in_velocities()) return;
     solved_ = lines_.solved_projection(limits, most_numbers);
     if (!solved_.lines) return;

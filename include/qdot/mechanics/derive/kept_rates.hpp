@@ -62,13 +62,13 @@ class AnyRates {
   }
 
   /// What else is derived of these functors in these phases: projections, of which mechanics knows nothing.
-  struct Further {
-    virtual ~Further() = default;
+  struct Attached {
+    virtual ~Attached() = default;
   };
-  /// What make() has returned, a std::unique_ptr<Further> that is not null, when it was first asked for. Of several threads one may make it in vain.
+  /// What make() has returned, a std::unique_ptr<Attached> that is not null, when it was first asked for. Of several threads one may make it in vain.
   template <class Make>
-  const Further& further(const Make& make) const {
-    const Further* there = further_.load(std::memory_order_acquire);
+  const Attached& attached(const Make& make) const {
+    const Attached* there = attached_.load(std::memory_order_acquire);
     return there ? *there : added(make());
   }
 
@@ -79,15 +79,15 @@ class AnyRates {
   Fingerprint print_ = 0;
   const Answers* answers_ = nullptr;
 
-  ~AnyRates() { delete further_.load(); }
+  ~AnyRates() { delete attached_.load(); }
 
  private:
-  [[gnu::cold, gnu::noinline]] const Further& added(std::unique_ptr<const Further> made) const {
-    const Further* there = nullptr;
-    return *(further_.compare_exchange_strong(there, made.get(), std::memory_order_acq_rel) ? made.release() : there);
+  [[gnu::cold, gnu::noinline]] const Attached& added(std::unique_ptr<const Attached> made) const {
+    const Attached* there = nullptr;
+    return *(attached_.compare_exchange_strong(there, made.get(), std::memory_order_acq_rel) ? made.release() : there);
   }
 
-  mutable std::atomic<const Further*> further_{nullptr};
+  mutable std::atomic<const Attached*> attached_{nullptr};
 };
 
 template <class Number>
@@ -170,16 +170,20 @@ class BasicRunRates {
       const AnyRates::Written written = latest->write(t, y, ydot);
       if (written != AnyRates::Written::elsewhere) return written == AnyRates::Written::yes;
     }
-    return find(kept, form(), t, y, phases, ydot);
+    AnyRates::Written written;
+    return find(kept, form(), t, y, phases, ydot, written) != nullptr && written == AnyRates::Written::yes;
   }
   /// Looks at the functors: a leg begins. No other thread may ask meanwhile.
   void renew(const RecordableForm& form);
-  /// The lines that hold at a state, found by an evaluation where the last of a run were of other phases; null where there are none.
+  /// The lines of a run for a state, of functors that compare numbers found by an evaluation, ydot ← [q̇; q̈; ż]; null where there are none, and outside of
+  /// runs: whether these have lines may depend on what others have asked for.
   template <class Form>
-  std::shared_ptr<const AnyRates> at(const KeptLines& kept, const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
-    const AnyRates* const latest = has_begun_ ? latest_.load(std::memory_order_acquire) : nullptr;
-    if (latest != nullptr && latest->are_in(phases)) return {std::shared_ptr<void>(), latest};  // of this, which outlives the answer
-    return found_at(kept, form(), t, y, phases, ydot);
+  const AnyRates* at(const KeptLines& kept, const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
+    if (!has_begun_) return nullptr;
+    const AnyRates* const latest = latest_.load(std::memory_order_acquire);
+    if (latest != nullptr && latest->answers() == nullptr && latest->are_in(phases)) return latest;
+    AnyRates::Written written;
+    return find(kept, form(), t, y, phases, ydot, written);
   }
   /// The lines of the last evaluation; null where there are none.
   const AnyRates* latest(const KeptLines& kept, RunsFunctors key) const {
@@ -193,11 +197,10 @@ class BasicRunRates {
     met_ = std::make_unique<MetBranches<SolvedRates, 16>>();
   }
 
-  std::shared_ptr<const AnyRates> found_at(const KeptLines& kept, const RecordableForm& form, double t, const double* y, std::span<const double> phases,
-                                           double* ydot) const;
   static constexpr int most_misses = 64;  // one after the other; then no more are made until some hold again
 
-  bool find(const KeptLines& kept, const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot) const;
+  const AnyRates* find(const KeptLines& kept, const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot,
+                       AnyRates::Written& written) const;
 
   bool has_begun_ = false;
   mutable std::unique_ptr<MetBranches<SolvedRates, 16>> met_ = std::make_unique<MetBranches<SolvedRates, 16>>();

@@ -288,10 +288,10 @@ template <class>
 }
 
 template <class Number>
-[[gnu::cold, gnu::noinline]] bool BasicRunRates<Number>::find(const KeptLines& kept, const RecordableForm& form, double t, const double* y,
-                                                              std::span<const double> phases, double* ydot) const {
+[[gnu::cold, gnu::noinline]] const AnyRates* BasicRunRates<Number>::find(const KeptLines& kept, const RecordableForm& form, double t, const double* y,
+                                                                         std::span<const double> phases, double* ydot, AnyRates::Written& written) const {
   using Written = AnyRates::Written;
-  Written written = Written::elsewhere;
+  written = Written::elsewhere;
   const auto holds = [&](const SolvedRates& rates) {
     return rates.are_in(phases) && (written = rates.write(t, y, ydot)) != Written::elsewhere;
   };
@@ -301,26 +301,16 @@ template <class Number>
   };
   const auto* found = met_->found(holds);
   if (found == nullptr) {
-    if (!kept.shared() || misses_.load(std::memory_order_relaxed) >= most_misses || !all_finite(y, 2 * form.dof + form.states)) return false;
+    if (!kept.shared() || misses_.load(std::memory_order_relaxed) >= most_misses || !all_finite(y, 2 * form.dof + form.states)) return nullptr;
     if (!met_->is_full()) found = met_->added(holds, make);
   }
-  if (found) {
-    misses_.store(0, std::memory_order_relaxed);
-    latest_.store(found->get(), std::memory_order_release);
-  } else {
+  if (!found) {
     misses_.fetch_add(1, std::memory_order_relaxed);
+    return nullptr;
   }
-  return written == Written::yes;
-}
-
-template <class Number>
-[[gnu::cold, gnu::noinline]] std::shared_ptr<const AnyRates> BasicRunRates<Number>::found_at(const KeptLines& kept, const RecordableForm& form, double t,
-                                                                                             const double* y, std::span<const double> phases,
-                                                                                             double* ydot) const {
-  if (!kept.shared()) return nullptr;
-  if (!has_begun_) return rates_of(*kept.shared()).at(form, t, y, phases, ydot);
-  if (misses_.load(std::memory_order_relaxed) >= most_misses || !find(kept, form, t, y, phases, ydot)) return nullptr;
-  return {std::shared_ptr<void>(), latest_.load(std::memory_order_acquire)};
+  misses_.store(0, std::memory_order_relaxed);
+  latest_.store(found->get(), std::memory_order_release);
+  return found->get();
 }
 
 template <class Number>
