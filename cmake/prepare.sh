@@ -134,7 +134,9 @@ provide_clang() {
     mkdir -p "$root/build"
     {
       $as_root env DEBIAN_FRONTEND=noninteractive apt-get update || true
-      for version in {16..30} ""; do ! apt-cache policy clang-"$version" | grep -q 'Candidate: [0-9]' || break; done
+      for version in {16..30} ""; do
+        [[ $(LC_ALL=C apt-cache policy clang-"$version") != *"Candidate: "[0-9]* ]] || break
+      done
     } > "$root/build/install_clang.log" 2>&1 < /dev/null
     [ -n "$version" ] || return 0
     packages=(clang-"$version" libclang-rt-"$version"-dev clang-format-"$version")

@@ -95,6 +95,13 @@ TEST_CASE("a system, a scene without effects and one with air answer the same qu
   check_of_both(bob, 0.0);
   check_of_both(scene(bob), 0.0);
   check_of_both(scene(bob, air), c);
+  // Lists, expressions, and one of each.
+  const Vector2d q(0.3, -1.2), v(0.8, 0.5);
+  for (const double E : {energy(scene(bob, air), {0.3, -1.2}, {0.8, 0.5}), energy(scene(bob, air), q, {0.8, 0.5}), energy(scene(bob, air), q, 0.5 * (v + v)),
+                         energy(bob, 2.0 * q - q, v), energy(bob, {0.3, -1.2}, v)})
+    CHECK_THAT(E, WithinAbs(0.5 * m * v.squaredNorm() + m * g * q[1], rounding));
+  CHECK((mass_matrix(scene(bob, air), q, Vector2d::Zero()) - m * Eigen::Matrix2d::Identity()).norm() < rounding);
+  CHECK(power(bob, 2.0 * q, v) == 0.0);
   CHECK(reactions(bob, State<2>{0.0, Vector2d(0.3, -1.2), Vector2d(0.8, 0.5)}) == Vector2d::Zero());
   CHECK(reactions(scene(bob), State<2>{0.0, Vector2d(0.3, -1.2), Vector2d(0.8, 0.5)}) == Vector2d::Zero());
 }

@@ -61,7 +61,8 @@ debian() {
 libc++() {
   local version
   version=$(printf __clang_major__ | "$clang" -E -P -x c -)
-  echo '#include <version>' | "$clang" -std=c++20 -stdlib=libc++ -x c++ -fsyntax-only - 2> /dev/null ||
+  echo '#include <version>
+int main() {}' | "$clang" -std=c++20 -stdlib=libc++ -x c++ - -o "$root/build/matrix/libc++.out" 2> /dev/null ||
     install "libc++-$version-dev" "libc++abi-$version-dev" || { tail -n 5 "$root/build/matrix/install.log"; return 1; }
   # Ipopt's C++ library and Open MPI's speak the other library.
   tested libc++ "$clang" all . -DCMAKE_CXX_FLAGS=-stdlib=libc++ -DQDOT_WITH_IPOPT=OFF -DQDOT_WITH_MPI=OFF

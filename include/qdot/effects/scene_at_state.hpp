@@ -88,4 +88,31 @@ Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Coor
   return motion_residual(scene, q, qdot, qddot, t, detail::states_at(scene, q, qdot, t));
 }
 
+/// q̈ at a State, with the effects' own states z given.
+template <class Sys, class... Effects>
+Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
+                              const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  return acceleration(scene, state.q, state.qdot, state.t, z);
+}
+/// rhs + ΣQ, likewise.
+template <class Sys, class... Effects>
+Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  return rhs(scene, state.q, state.qdot, state.t, z);
+}
+/// q̈ and its derivatives, likewise.
+template <class Sys, class... Effects>
+AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
+                                                                     const EffectStates<Scene<Sys, Effects...>>& z) {
+  return acceleration_jacobian(scene, state.q, state.qdot, state.t, z);
+}
+/// M q̈ − rhs − ΣQ, likewise.
+template <class Sys, class... Effects>
+Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot,
+                                 const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  return motion_residual(scene, state.q, state.qdot, qddot, state.t, z);
+}
+
 }  // namespace qdot

@@ -56,10 +56,6 @@ auto state_rates(const Scene<Sys, Effects...>& scene, const Vector<S, n>& q, con
   return rate;
 }
 
-/// A vector with one entry for each coordinate of a system or scene.
-template <class Sys>
-using Coordinates = Vector<double, Sys::dof_at_compile_time>;
-
 namespace detail {
 
 template <class Sc>
@@ -69,6 +65,7 @@ class PhasesAtState;  // effects/equations/phases_at_state.hpp
 template <class Sc>
 [[gnu::always_inline]] inline EffectStates<Sc> states_at(const Sc& scene, [[maybe_unused]] const Coordinates<Sc>& q,
                                                          [[maybe_unused]] const Coordinates<Sc>& qdot, [[maybe_unused]] double t) {
+  require_sizes(scene, q, qdot);
   if constexpr (Sc::has_phases) {
     static_assert(requires { sizeof(PhasesAtState<Sc>); },
                   "qdot: contacts and dry friction choose their phases by <qdot/effects/scene_at_state.hpp>: include it, or pass z");
@@ -238,23 +235,6 @@ template <class Sys, class... Effects>
   return acceleration(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
 
-/// T + V, as mechanics/energy.hpp has it, for numbers in braces.
-template <class Sys, class... Effects>
-double energy(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
-  return energy(scene.system(), q, qdot, t);
-}
-/// p = ∂L/∂q̇, likewise.
-template <class Sys, class... Effects>
-Coordinates<Sys> conjugate_momenta(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
-  return conjugate_momenta(scene.system(), q, qdot, t);
-}
-/// M, likewise.
-template <class Sys, class... Effects>
-Matrix<double, Sys::dof_at_compile_time> mass_matrix(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot,
-                                                     double t = 0.0) {
-  return mass_matrix(scene.system(), q, qdot, t);
-}
-
 /// Of a system, which has no effects, both are zero.
 template <class E, int n, Inertia inertia>
 double power(const System<E, n, inertia>& system, const std::type_identity_t<Vector<double, n>>& q,
@@ -296,18 +276,26 @@ template <class Sys, class... Effects>
 double power(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
   return power(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
-/// Reactions and power at a State, of a scene or a system.
-///
-/// @param z  nothing, or the effects' own states
-template <HasEnergies M, class... Z>
-Vector<double, M::dof_at_compile_time> reactions(const M& model, const State<M::dof_at_compile_time>& state, const Z&... z) {
+/// Reactions and power at a State, of a scene or a system; with the effects' own states z, or without.
+template <HasEnergies M>
+Coordinates<M> reactions(const M& model, const State<M::dof_at_compile_time>& state) {
   detail::require_sizes(model.system(), state.q, state.qdot);
-  return reactions(model, state.q, state.qdot, state.t, z...);
+  return reactions(model, state.q, state.qdot, state.t);
 }
-template <HasEnergies M, class... Z>
-double power(const M& model, const State<M::dof_at_compile_time>& state, const Z&... z) {
+template <HasEnergies M>
+Coordinates<M> reactions(const M& scene, const State<M::dof_at_compile_time>& state, const EffectStates<M>& z) {
+  detail::require_sizes(scene.system(), state.q, state.qdot);
+  return reactions(scene, state.q, state.qdot, state.t, z);
+}
+template <HasEnergies M>
+double power(const M& model, const State<M::dof_at_compile_time>& state) {
   detail::require_sizes(model.system(), state.q, state.qdot);
-  return power(model, state.q, state.qdot, state.t, z...);
+  return power(model, state.q, state.qdot, state.t);
+}
+template <HasEnergies M>
+double power(const M& scene, const State<M::dof_at_compile_time>& state, const EffectStates<M>& z) {
+  detail::require_sizes(scene.system(), state.q, state.qdot);
+  return power(scene, state.q, state.qdot, state.t, z);
 }
 
 }  // namespace qdot

@@ -152,12 +152,10 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
   return result;
 }
 /// q̈ and its derivatives at a State, of a system or a scene.
-///
-/// @param z  nothing, or the own states of a scene's effects
-template <HasEnergies M, class... Z>
-AccelerationJacobian<M::dof_at_compile_time> acceleration_jacobian(const M& model, const State<M::dof_at_compile_time>& state, const Z&... z) {
+template <HasEnergies M>
+AccelerationJacobian<M::dof_at_compile_time> acceleration_jacobian(const M& model, const State<M::dof_at_compile_time>& state) {
   detail::require_sizes(model.system(), state.q, state.qdot);
-  return acceleration_jacobian(model, state.q, state.qdot, state.t, z...);
+  return acceleration_jacobian(model, state.q, state.qdot, state.t);
 }
 
 }  // namespace qdot

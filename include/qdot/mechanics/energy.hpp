@@ -28,8 +28,8 @@ namespace qdot {
 /// @param q      coordinates, n
 /// @param qdot   velocities, n
 /// @throws       DimensionError when n is known at run time and a size disagrees
-template <HasEnergies M, class Q, class Qdot>
-auto kinetic_energy(const M& model, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
+auto kinetic_energy(const M& model, const Q& q, const Qdot& qdot,
                     typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;
   using S = typename Q::Scalar;
@@ -38,8 +38,8 @@ auto kinetic_energy(const M& model, const Eigen::MatrixBase<Q>& q, const Eigen::
 }
 
 /// Potential energy V at a configuration; one evaluation of V.
-template <HasEnergies M, class Q>
-auto potential_energy(const M& model, const Eigen::MatrixBase<Q>& q,
+template <HasEnergies M, class Q = Coordinates<M>>
+auto potential_energy(const M& model, const Q& q,
                       typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;
   using S = typename Q::Scalar;
@@ -48,25 +48,25 @@ auto potential_energy(const M& model, const Eigen::MatrixBase<Q>& q,
 }
 
 /// L = T − V at a state.
-template <HasEnergies M, class Q, class Qdot>
-auto lagrangian(const M& model, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
+auto lagrangian(const M& model, const Q& q, const Qdot& qdot,
                 typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   return S(kinetic_energy(model, q, qdot, t) - potential_energy(model, q, t));
 }
 
 /// E = T + V at a state; constant on a motion only where T is a quadratic form of q̇. Where it is not, jacobi_energy() is.
-template <HasEnergies M, class Q, class Qdot>
-auto energy(const M& model, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
+auto energy(const M& model, const Q& q, const Qdot& qdot,
             typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   return S(kinetic_energy(model, q, qdot, t) + potential_energy(model, q, t));
 }
 
 /// ∂L/∂q at a state, n entries.
-template <HasEnergies M, class Q, class Qdot>
-auto lagrangian_gradient(const M& model, const Eigen::MatrixBase<Q>& q,
-                         const Eigen::MatrixBase<Qdot>& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
+template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
+auto lagrangian_gradient(const M& model, const Q& q,
+                         const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;
   using S = typename Q::Scalar;
   detail::require_sizes(model.system(), q, qdot);
@@ -78,9 +78,9 @@ struct SlopeByVelocity {};  // the tag of perturbations of q̇
 }  // namespace detail
 
 /// p = ∂L/∂q̇ at a state, n entries.
-template <HasEnergies M, class Q, class Qdot>
-auto conjugate_momenta(const M& model, const Eigen::MatrixBase<Q>& q,
-                       const Eigen::MatrixBase<Qdot>& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
+template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
+auto conjugate_momenta(const M& model, const Q& q,
+                       const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;
   using S = typename Q::Scalar;
   detail::require_sizes(model.system(), q, qdot);
@@ -93,8 +93,8 @@ auto conjugate_momenta(const M& model, const Eigen::MatrixBase<Q>& q,
 
 /// h = q̇·p − L, Jacobi's energy function: constant on a motion of an autonomous system; one evaluation of T along q̇, of which q̇·p is
 /// the slope, and one of V.
-template <HasEnergies M, class Q, class Qdot>
-auto jacobi_energy(const M& model, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
+auto jacobi_energy(const M& model, const Q& q, const Qdot& qdot,
                    typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;
   using S = typename Q::Scalar;

@@ -191,28 +191,29 @@ Vector<double, n> acceleration(const System<E, n, inertia>& system, const Vector
 
 /// q̈ at a State, of a system or a scene.
 ///
-/// @param more  a way (mechanics/by.hpp), or the own states of a scene's effects
-template <HasEnergies M, class... More>
-Vector<double, M::dof_at_compile_time> acceleration(const M& model, const State<M::dof_at_compile_time>& state, const More&... more) {
+/// @throws as at (q, qdot, t); of a scene InvalidValue where several phases fit
+template <HasEnergies M>
+Coordinates<M> acceleration(const M& model, const State<M::dof_at_compile_time>& state) {
   detail::require_sizes(model.system(), state.q, state.qdot);
-  return acceleration(model, state.q, state.qdot, state.t, more...);
+  return acceleration(model, state.q, state.qdot, state.t);
 }
-/// The right-hand side at a State, of both.
-///
-/// @param z  nothing, or the own states of a scene's effects
-template <HasEnergies M, class... Z>
-Vector<double, M::dof_at_compile_time> rhs(const M& model, const State<M::dof_at_compile_time>& state, const Z&... z) {
-  detail::require_sizes(model.system(), state.q, state.qdot);
-  return rhs(model, state.q, state.qdot, state.t, z...);
+/// By one way, of a system.
+template <class E, int n, Inertia inertia>
+Vector<double, n> acceleration(const System<E, n, inertia>& system, const State<n>& state, By way) {
+  detail::require_sizes(system, state.q, state.qdot);
+  return acceleration(system, state.q, state.qdot, state.t, way);
 }
-/// The force that accelerations q̈ need at a State, of both.
-///
-/// @param z  as above
-template <HasEnergies M, class... Z>
-Vector<double, M::dof_at_compile_time> motion_residual(const M& model, const State<M::dof_at_compile_time>& state,
-                                                       const Vector<double, M::dof_at_compile_time>& qddot, const Z&... z) {
+/// The right-hand side at a State, of a system or a scene.
+template <HasEnergies M>
+Coordinates<M> rhs(const M& model, const State<M::dof_at_compile_time>& state) {
   detail::require_sizes(model.system(), state.q, state.qdot);
-  return motion_residual(model, state.q, state.qdot, qddot, state.t, z...);
+  return rhs(model, state.q, state.qdot, state.t);
+}
+/// The force that accelerations q̈ need at a State, of a system or a scene.
+template <HasEnergies M>
+Coordinates<M> motion_residual(const M& model, const State<M::dof_at_compile_time>& state, const Coordinates<M>& qddot) {
+  detail::require_sizes(model.system(), state.q, state.qdot);
+  return motion_residual(model, state.q, state.qdot, qddot, state.t);
 }
 
 }  // namespace qdot

@@ -20,8 +20,8 @@ namespace qdot {
 /// @param qdot  generalized velocities, n       [those units per unit time]
 /// @return      n×n, symmetric; positive definite wherever T is a true kinetic energy
 /// @throws      DimensionError  when n is known at run time and a size disagrees
-template <HasEnergies Model, class Q, class Qdot>
-auto mass_matrix(const Model& model, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+template <HasEnergies Model, class Q = Coordinates<Model>, class Qdot = Coordinates<Model>>
+auto mass_matrix(const Model& model, const Q& q, const Qdot& qdot,
                  typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   constexpr int n = Model::dof_at_compile_time;

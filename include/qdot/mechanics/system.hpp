@@ -184,6 +184,10 @@ concept HasEnergies = requires(const M& model) {
   model.system().energies();
 };
 
+/// A vector with one entry for each coordinate of a system or scene.
+template <class Sys>
+using Coordinates = Vector<double, Sys::dof_at_compile_time>;
+
 namespace detail {
 
 template <int n, class E>

@@ -30,7 +30,7 @@
 
 namespace qdot::detail {
 
-/// Lines of φ, J q̇ + ∂φ/∂t, J and both changes, for one combination of phases.
+/// Lines of φ, J q̇ + ∂φ/∂t, J and both changes, for one combination of phases, on one branch.
 ///
 /// No more rows than coordinates, and 2000 numbers; a projection allocates nothing.
 class ProjectionLines final : public AnyProjection {
