@@ -67,7 +67,7 @@ template <class Case>
   }
 }
 
-/// q̈ alone of a case, by the form that a long run has of it, and as an expert writes it.
+/// q̈ alone of a case, by the form that a run has of it, and as an expert writes it.
 template <class Case>
 [[gnu::noinline]] static void by_scene_in_a_run(const double* q, const double* qdot, double* out) {
   constexpr int n = Case::n;

@@ -2,9 +2,9 @@
 //
 // The library qdot::compiled_analysis: what of the questions to motions, and of what asks for decompositions of matrices, does not depend on a user's types.
 // Declared with `extern template` where QDOT_COMPILED_ANALYSIS is defined. It takes one or two minutes to compile, so it is a library of its own.
-#include <qdot/analysis/conserved.hpp>
-
 #include <functional>
+
+#include <qdot/analysis/conserved.hpp>
 #include <qdot/analysis/damped_modes.hpp>
 #include <qdot/analysis/equilibrium.hpp>
 #include <qdot/analysis/equilibrium_branch.hpp>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
 // The library qdot::compiled: constraints whose rows depend on each other, phases of contacts and friction, impacts, projections by lines.
-#include <qdot/effects/equations/constrained_motion.hpp>
-
 #include <functional>
+
+#include <qdot/effects/equations/constrained_motion.hpp>
 #include <qdot/effects/equations/constraint_geometry.hpp>
 #include <qdot/effects/equations/phases_at_state.hpp>
 #include <qdot/effects/equations/rows_by_duals.hpp>

@@ -120,20 +120,13 @@ template std::string sentence<void>(std::initializer_list<Phrase>);
 template void throw_invalid_value<void>(std::initializer_list<Phrase>);
 template std::string reason<void>(const OutsideOfDomain&);
 template void throw_energy_not_finite<void>(const char*, double, double, const std::string&);
-template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 2>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                               const Options&);
-template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 3>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                               const Options&);
-template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 4>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                               const Options&);
-template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 5>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                               const Options&);
-template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 6>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                               const Options&);
-template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 8>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                               const Options&);
-template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, Dynamic>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                                     const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 2>>(std::unique_ptr<Rates>, std::string, const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 3>>(std::unique_ptr<Rates>, std::string, const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 4>>(std::unique_ptr<Rates>, std::string, const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 5>>(std::unique_ptr<Rates>, std::string, const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 6>>(std::unique_ptr<Rates>, std::string, const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 8>>(std::unique_ptr<Rates>, std::string, const Options&);
+template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, Dynamic>>(std::unique_ptr<Rates>, std::string, const Options&);
 template void throw_not_finite<double>(const std::string&, double);
 template void throw_derivative_not_finite<double>(const std::string&, const std::string&, double);
 template void throw_mass_matrix_error<double>(Eigen::MatrixXd, double, const std::vector<std::string>&);

@@ -17,7 +17,7 @@ shift
 [ $# -gt 0 ] || set -- ./run ./check
 
 if [ ! -x "$root/bin/bash" ]; then
-  # A suite that this debootstrap does not know is made as the next one is.
+  # For a suite that debootstrap has no script for, the script of sid is the right one.
   as=()
   [ -e "/usr/share/debootstrap/scripts/${SUITE:-bookworm}" ] || as=(sid)
   debootstrap --variant=minbase "${SUITE:-bookworm}" "$root" "${MIRROR:-http://deb.debian.org/debian}" ${as[@]+"${as[@]}"} > "$root.log" 2>&1 \

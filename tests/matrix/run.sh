@@ -13,7 +13,8 @@
 # strict    a project that takes qdot by FetchContent with all of clang's warnings as errors
 # aarch64   the machine code for AArch64, in an emulator
 #
-# All rows without a name. Each has a folder of its own in build/matrix. The first takes the last commit, the others the working tree. A line for each row says how it ended; the exit status is 0 if all passed.
+# Without a ROW all are run, each in a folder of its own in build/matrix. `debian` takes the last commit, the others the working tree. A line for each row
+# says how it ended; the exit status is 0 if all passed.
 # Set SUITE (forky) for another Debian.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -64,7 +65,7 @@ libc++() {
   echo '#include <version>
 int main() {}' | "$clang" -std=c++20 -stdlib=libc++ -x c++ - -o "$root/build/matrix/libc++.out" 2> /dev/null ||
     install "libc++-$version-dev" "libc++abi-$version-dev" || { tail -n 5 "$root/build/matrix/install.log"; return 1; }
-  # Ipopt's C++ library and Open MPI's speak the other library.
+  # The C++ interfaces of Ipopt and Open MPI are compiled for libstdc++.
   tested libc++ "$clang" all . -DCMAKE_CXX_FLAGS=-stdlib=libc++ -DQDOT_WITH_IPOPT=OFF -DQDOT_WITH_MPI=OFF
 }
 gnu++20() { examples_by_both gnu++20 -DCMAKE_CXX_EXTENSIONS=ON; }
@@ -92,7 +93,7 @@ for row in "${rows[@]}"; do
     debian | aarch64) ;;
     *) [ -n "$clang" ] || { say "$row: failed, there is no clang++ 16 or newer with its sanitizers"; failed=$((failed + 1)); continue; } ;;
   esac
-  # In a process of its own, with its own settings; `if` would take -e from it.
+  # In a process of its own. Within `if` bash would ignore -e.
   set +e
   (set -e; "$row") 1>&2
   [ $? = 0 ] || { status=failed; failed=$((failed + 1)); }

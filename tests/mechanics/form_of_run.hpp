@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Forms of long runs, evaluated until their accelerations come by lines (mechanics/derive/kept_rates.ipp).
+// Forms of runs, evaluated until their accelerations come by lines (mechanics/derive/kept_rates.ipp).
 
 #include <string>
 

@@ -6,7 +6,7 @@
 //     const State<2> s = run.trajectory.at(1.5);
 //     energy(scene, s), power(scene, s), reactions(scene, s), acceleration_jacobian(scene, s)
 //
-// Systems, which are scenes without effects, have the same words; their power and reactions are zero. The effects' own states z are no part of a State:
+// Systems, which are scenes without effects, have the same functions; their power and reactions are zero. The effects' own states z are no part of a State:
 // they are at their initial values unless they are given behind it, and contacts and dry friction are in the phases that fit the state
 // as it is. A contact that is being hit counts as open, since the blow is still to come. Where more than one choice fits, z decides:
 //
@@ -88,31 +88,43 @@ Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Coor
   return motion_residual(scene, q, qdot, qddot, t, detail::states_at(scene, q, qdot, t));
 }
 
-/// q̈ at a State, with the effects' own states z given.
+/// q̈ of a scene at a State, with the effects' own states z, n.
 template <class Sys, class... Effects>
 Coordinates<Sys> acceleration(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
                               const EffectStates<Scene<Sys, Effects...>>& z) {
   detail::require_sizes(scene, state.q, state.qdot);
   return acceleration(scene, state.q, state.qdot, state.t, z);
 }
-/// rhs + ΣQ, likewise.
+/// Generalized forces of a scene without its constraints at a State, with z, n.
 template <class Sys, class... Effects>
 Coordinates<Sys> rhs(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
   detail::require_sizes(scene, state.q, state.qdot);
   return rhs(scene, state.q, state.qdot, state.t, z);
 }
-/// q̈ and its derivatives, likewise.
+/// q̈ of a scene and its derivatives at a State, with z.
 template <class Sys, class... Effects>
 AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state,
                                                                      const EffectStates<Scene<Sys, Effects...>>& z) {
   return acceleration_jacobian(scene, state.q, state.qdot, state.t, z);
 }
-/// M q̈ − rhs − ΣQ, likewise.
+/// Forces M q̈ − rhs − ΣQ of a motion of a scene at a State, with z, n.
 template <class Sys, class... Effects>
 Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot,
                                  const EffectStates<Scene<Sys, Effects...>>& z) {
   detail::require_sizes(scene, state.q, state.qdot);
   return motion_residual(scene, state.q, state.qdot, qddot, state.t, z);
+}
+/// Generalized reaction forces Jᵀλ of a scene at a State, with z, n.
+template <class Sys, class... Effects>
+Coordinates<Sys> reactions(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  return reactions(scene, state.q, state.qdot, state.t, z);
+}
+/// Power q̇·(ΣQ + Jᵀλ) of a scene at a State, with z.
+template <class Sys, class... Effects>
+double power(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
+  detail::require_sizes(scene, state.q, state.qdot);
+  return power(scene, state.q, state.qdot, state.t, z);
 }
 
 }  // namespace qdot

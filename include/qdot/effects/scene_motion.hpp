@@ -235,13 +235,14 @@ template <class Sys, class... Effects>
   return acceleration(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
 
-/// Of a system, which has no effects, both are zero.
+/// Power of a system: zero, for it has no effects.
 template <class E, int n, Inertia inertia>
 double power(const System<E, n, inertia>& system, const std::type_identity_t<Vector<double, n>>& q,
              const std::type_identity_t<Vector<double, n>>& qdot, double = 0.0) {
   detail::require_sizes(system, q, qdot);
   return 0.0;
 }
+/// Reactions of a system: zero, n, for it has no constraints.
 template <class E, int n, Inertia inertia>
 Vector<double, n> reactions(const System<E, n, inertia>& system, const std::type_identity_t<Vector<double, n>>& q,
                             const std::type_identity_t<Vector<double, n>>& qdot, double = 0.0) {
@@ -276,26 +277,16 @@ template <class Sys, class... Effects>
 double power(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
   return power(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
-/// Reactions and power at a State, of a scene or a system; with the effects' own states z, or without.
+
+/// Generalized reaction forces Jᵀλ at a State, n, of a scene or a system.
 template <HasEnergies M>
 Coordinates<M> reactions(const M& model, const State<M::dof_at_compile_time>& state) {
-  detail::require_sizes(model.system(), state.q, state.qdot);
   return reactions(model, state.q, state.qdot, state.t);
 }
-template <HasEnergies M>
-Coordinates<M> reactions(const M& scene, const State<M::dof_at_compile_time>& state, const EffectStates<M>& z) {
-  detail::require_sizes(scene.system(), state.q, state.qdot);
-  return reactions(scene, state.q, state.qdot, state.t, z);
-}
+/// Power q̇·(ΣQ + Jᵀλ) at a State, of a scene or a system.
 template <HasEnergies M>
 double power(const M& model, const State<M::dof_at_compile_time>& state) {
-  detail::require_sizes(model.system(), state.q, state.qdot);
   return power(model, state.q, state.qdot, state.t);
-}
-template <HasEnergies M>
-double power(const M& scene, const State<M::dof_at_compile_time>& state, const EffectStates<M>& z) {
-  detail::require_sizes(scene.system(), state.q, state.qdot);
-  return power(scene, state.q, state.qdot, state.t, z);
 }
 
 }  // namespace qdot

@@ -144,14 +144,14 @@ static_assert(Stepper<AnyStepper>);
 
 namespace detail {
 
-/// A stepper of rates, its type hidden; on the constraints of `projected`, if that is given.
+/// A stepper of rates, its type hidden; on their constraints, where they have some.
 template <class S>
-AnyStepper stepper_of_rates(std::unique_ptr<Rates> rates, std::unique_ptr<Rates> projected, std::string name, const Options& options) {
+AnyStepper stepper_of_rates(std::unique_ptr<Rates> rates, std::string name, const Options& options) {
+  const bool is_constrained = rates->is_constrained();
   const auto made = [&] { return S(std::move(rates), std::move(name), options); };
-  if (!projected) return AnyStepper::made_by(made);
-  return AnyStepper::made_by([&] { return ProjectingStepper<S>(made(), std::move(projected)); });
+  if (!is_constrained) return AnyStepper::made_by(made);
+  return AnyStepper::made_by([&] { return ProjectingStepper<S>(made()); });
 }
-
 struct Dop853Coefficients;  // integrate/steps/runge_kutta_coefficients.hpp
 
 }  // namespace detail
@@ -161,20 +161,13 @@ class RungeKuttaStepper;  // integrate/runge_kutta.hpp
 
 #ifdef QDOT_COMPILED
 namespace detail {
-extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 2>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                                      const Options&);
-extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 3>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                                      const Options&);
-extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 4>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                                      const Options&);
-extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 5>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                                      const Options&);
-extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 6>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                                      const Options&);
-extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 8>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                                      const Options&);
-extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, Dynamic>>(std::unique_ptr<Rates>, std::unique_ptr<Rates>, std::string,
-                                                                                            const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 2>>(std::unique_ptr<Rates>, std::string, const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 3>>(std::unique_ptr<Rates>, std::string, const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 4>>(std::unique_ptr<Rates>, std::string, const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 5>>(std::unique_ptr<Rates>, std::string, const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 6>>(std::unique_ptr<Rates>, std::string, const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, 8>>(std::unique_ptr<Rates>, std::string, const Options&);
+extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients, Dynamic>>(std::unique_ptr<Rates>, std::string, const Options&);
 }  // namespace detail
 #endif
 
@@ -182,10 +175,7 @@ extern template AnyStepper stepper_of_rates<RungeKuttaStepper<Dop853Coefficients
 template <FirstOrderSystem F, SteppingMethod<F> M>
 AnyStepper any_stepper(const M& method, const F& system, const Options& options) {
   if constexpr (requires { typename M::template StepperOfRates<F::size_at_compile_time>; }) {
-    std::unique_ptr<detail::Rates> projected;
-    if constexpr (ProjectableSystem<F>) projected = detail::rates_of(system);
-    return detail::stepper_of_rates<typename M::template StepperOfRates<F::size_at_compile_time>>(detail::rates_of(system), std::move(projected),
-                                                                                                  std::string(M::name), options);
+    return detail::stepper_of_rates<typename M::template StepperOfRates<F::size_at_compile_time>>(detail::rates_of(system), std::string(M::name), options);
   } else if constexpr (std::is_same_v<decltype(method.stepper(system, options)), AnyStepper>) return method.stepper(system, options);
   else return AnyStepper::made_by([&] { return detail::projecting_stepper(method, system, options); });
 }

@@ -108,7 +108,7 @@ struct AutomaticWith {
   [[gnu::cold]] AutomaticStepper stepper_of_form(const std::shared_ptr<const detail::AnyForm>& form, const Options& options) const {
     const std::shared_ptr<detail::MethodForm> kept = form->method_form();
     AutomaticChoice choice = choice_of(
-        kept, detail::stepper_of_rates<Dop853::StepperOfRates<size>>(form->rates(), nullptr, std::string(Dop853::name), options),
+        kept, detail::stepper_of_rates<Dop853::StepperOfRates<size>>(form->rates(), std::string(Dop853::name), options),
         [form, options, method = stiff] { return AnyStepper::made_by([&] { return method.template stepper_of_form<size>(form, options); }); });
     detail::choose_first(choice, kept->size(), options, "T and V",
                          [&] { return AnyStepper::made_by([&] { return Taylor{}.stepper_of_form<size>(form, options); }); });

@@ -57,7 +57,7 @@ double energy_rate(const System<E, n, inertia>& system, const std::type_identity
   }
 }
 
-/// The same for a scene: the power of its effects and constraints, and what explicit time in its energies adds.
+/// Rate of h of a scene: the power of its effects and constraints, and what explicit time in its energies adds.
 template <class Sys, class... Effects>
 double energy_rate(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t,
                    const EffectStates<Scene<Sys, Effects...>>& z) {
@@ -67,7 +67,7 @@ template <class Sys, class... Effects>
 double energy_rate(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, double t = 0.0) {
   return energy_rate(scene, q, qdot, t, detail::states_at(scene, q, qdot, t));
 }
-/// At a State, of both.
+/// Rate of h at a State, of a system or a scene.
 template <HasEnergies M>
 double energy_rate(const M& model, const State<M::dof_at_compile_time>& state) {
   return energy_rate(model, state.q, state.qdot, state.t);

@@ -13,6 +13,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <concepts>
 #include <memory>
 #include <type_traits>
 #include <utility>
@@ -30,15 +31,16 @@ class ProjectingStepper {
  public:
   static constexpr bool projects_itself = true;
 
-  ProjectingStepper(S stepper, std::unique_ptr<detail::Rates> system)
-      : stepper_(std::move(stepper)), system_(std::move(system)), is_constrained_(system_->is_constrained()), statistics_(stepper_.statistics()) {
-    y_.setZero(system_->size());
+  /// A stepper that has rates() is asked for its own system, whose derived lines then serve both; others get a copy of it here.
+  explicit ProjectingStepper(S stepper, std::unique_ptr<detail::Rates> system = nullptr)
+      : stepper_(std::move(stepper)), system_(std::move(system)), is_constrained_(rates().is_constrained()), statistics_(stepper_.statistics()) {
+    y_.setZero(rates().size());
     projected_ = y_;
   }
 
   void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     detail::reset_at(stepper_, at, y);
-    system_->renew();
+    if (system_) system_->renew();
     moment_ = detail::moment_of(stepper_);
     t_ = t_previous_ = stepper_.t();
     y_ = y;
@@ -51,7 +53,7 @@ class ProjectingStepper {
     const bool accepted = advanced && detail::attempted(failure_, [&] {
       projected_ = stepper_.y();
       if (!is_constrained_ || !detail::all_finite(projected_.data(), projected_.size())) return;
-      const ProjectionReport report = system_->project(stepper_.t(), projected_);
+      const ProjectionReport report = rates().project(stepper_.t(), projected_);
       stepper_.correct(projected_);
       ++projections_;
       residual_ = std::max(residual_, report.residual);
@@ -97,6 +99,12 @@ class ProjectingStepper {
   const S& inner() const noexcept { return stepper_; }
 
  private:
+  static constexpr bool has_rates = requires(const S& s) { { s.rates() } -> std::convertible_to<const detail::Rates&>; };
+
+  const detail::Rates& rates() const {
+    if constexpr (has_rates) return stepper_.rates();
+    else return *system_;
+  }
   void count() {
     statistics_ = stepper_.statistics();
     statistics_.projections = projections_;
@@ -105,7 +113,7 @@ class ProjectingStepper {
   }
 
   S stepper_;
-  std::unique_ptr<detail::Rates> system_;
+  std::unique_ptr<detail::Rates> system_;  // null where the stepper has its own
   bool is_constrained_;  // a system without its type may have nothing to keep
   Eigen::VectorXd y_, projected_;
   double t_ = 0.0, t_previous_ = 0.0;
@@ -125,7 +133,8 @@ auto projecting_stepper(const M& method, const F& system, const Options& options
   if constexpr (ProjectableSystem<F> && !SelfProjectingStepper<S>) {
     static_assert(CorrectableStepper<S>,
                   "qdot: this method cannot keep a system on its constraints; use Dop853, Dopri5, Gauss or CvodeBdf");
-    return ProjectingStepper<S>(method.stepper(system, options), rates_of(system));
+    if constexpr (requires(const S& s) { s.rates(); }) return ProjectingStepper<S>(method.stepper(system, options));
+    else return ProjectingStepper<S>(method.stepper(system, options), rates_of(system));
   } else {
     return method.stepper(system, options);
   }

@@ -154,7 +154,6 @@ AccelerationJacobian<n> acceleration_jacobian(const System<E, n, inertia>& syste
 /// q̈ and its derivatives at a State, of a system or a scene.
 template <HasEnergies M>
 AccelerationJacobian<M::dof_at_compile_time> acceleration_jacobian(const M& model, const State<M::dof_at_compile_time>& state) {
-  detail::require_sizes(model.system(), state.q, state.qdot);
   return acceleration_jacobian(model, state.q, state.qdot, state.t);
 }
 

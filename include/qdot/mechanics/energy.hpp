@@ -29,8 +29,7 @@ namespace qdot {
 /// @param qdot   velocities, n
 /// @throws       DimensionError when n is known at run time and a size disagrees
 template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
-auto kinetic_energy(const M& model, const Q& q, const Qdot& qdot,
-                    typename Q::Scalar t = typename Q::Scalar(0)) {
+auto kinetic_energy(const M& model, const Q& q, const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;
   using S = typename Q::Scalar;
   detail::require_sizes(model.system(), q, qdot);
@@ -39,8 +38,7 @@ auto kinetic_energy(const M& model, const Q& q, const Qdot& qdot,
 
 /// Potential energy V at a configuration; one evaluation of V.
 template <HasEnergies M, class Q = Coordinates<M>>
-auto potential_energy(const M& model, const Q& q,
-                      typename Q::Scalar t = typename Q::Scalar(0)) {
+auto potential_energy(const M& model, const Q& q, typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;
   using S = typename Q::Scalar;
   detail::require_sizes(model.system(), q, q);
@@ -49,24 +47,21 @@ auto potential_energy(const M& model, const Q& q,
 
 /// L = T − V at a state.
 template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
-auto lagrangian(const M& model, const Q& q, const Qdot& qdot,
-                typename Q::Scalar t = typename Q::Scalar(0)) {
+auto lagrangian(const M& model, const Q& q, const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   return S(kinetic_energy(model, q, qdot, t) - potential_energy(model, q, t));
 }
 
 /// E = T + V at a state; constant on a motion only where T is a quadratic form of q̇. Where it is not, jacobi_energy() is.
 template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
-auto energy(const M& model, const Q& q, const Qdot& qdot,
-            typename Q::Scalar t = typename Q::Scalar(0)) {
+auto energy(const M& model, const Q& q, const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   return S(kinetic_energy(model, q, qdot, t) + potential_energy(model, q, t));
 }
 
 /// ∂L/∂q at a state, n entries.
 template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
-auto lagrangian_gradient(const M& model, const Q& q,
-                         const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
+auto lagrangian_gradient(const M& model, const Q& q, const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;
   using S = typename Q::Scalar;
   detail::require_sizes(model.system(), q, qdot);
@@ -79,8 +74,7 @@ struct SlopeByVelocity {};  // the tag of perturbations of q̇
 
 /// p = ∂L/∂q̇ at a state, n entries.
 template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
-auto conjugate_momenta(const M& model, const Q& q,
-                       const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
+auto conjugate_momenta(const M& model, const Q& q, const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;
   using S = typename Q::Scalar;
   detail::require_sizes(model.system(), q, qdot);
@@ -94,8 +88,7 @@ auto conjugate_momenta(const M& model, const Q& q,
 /// h = q̇·p − L, Jacobi's energy function: constant on a motion of an autonomous system; one evaluation of T along q̇, of which q̇·p is
 /// the slope, and one of V.
 template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
-auto jacobi_energy(const M& model, const Q& q, const Qdot& qdot,
-                   typename Q::Scalar t = typename Q::Scalar(0)) {
+auto jacobi_energy(const M& model, const Q& q, const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;
   using S = typename Q::Scalar;
   using D = Dual<S, 1>;
@@ -133,12 +126,12 @@ double energy(const M& model, const State<M::dof_at_compile_time>& state) {
 }
 /// ∂L/∂q at a State, n entries.
 template <HasEnergies M>
-Vector<double, M::dof_at_compile_time> lagrangian_gradient(const M& model, const State<M::dof_at_compile_time>& state) {
+Coordinates<M> lagrangian_gradient(const M& model, const State<M::dof_at_compile_time>& state) {
   return lagrangian_gradient(model, state.q, state.qdot, state.t);
 }
 /// p = ∂L/∂q̇ at a State, n entries.
 template <HasEnergies M>
-Vector<double, M::dof_at_compile_time> conjugate_momenta(const M& model, const State<M::dof_at_compile_time>& state) {
+Coordinates<M> conjugate_momenta(const M& model, const State<M::dof_at_compile_time>& state) {
   return conjugate_momenta(model, state.q, state.qdot, state.t);
 }
 /// h = q̇·p − L at a State.

@@ -178,7 +178,7 @@ auto motion_residual(const System<E, n, inertia>& system, const Eigen::MatrixBas
                      const Eigen::MatrixBase<Qddot>& qddot, typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
-  detail::require_sizes(system, qddot, qdot);
+  detail::require_size(system, "qddot", qddot);
   return detail::lagrange_residual<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), Vector<S, n>(qddot), t);
 }
 
@@ -191,28 +191,24 @@ Vector<double, n> acceleration(const System<E, n, inertia>& system, const Vector
 
 /// q̈ at a State, of a system or a scene.
 ///
-/// @throws as at (q, qdot, t); of a scene InvalidValue where several phases fit
+/// @throws as for (q, qdot, t); for a scene also InvalidValue where several phases of contacts and friction fit
 template <HasEnergies M>
 Coordinates<M> acceleration(const M& model, const State<M::dof_at_compile_time>& state) {
-  detail::require_sizes(model.system(), state.q, state.qdot);
   return acceleration(model, state.q, state.qdot, state.t);
 }
-/// By one way, of a system.
+/// q̈ of a system at a State by one way (mechanics/by.hpp).
 template <class E, int n, Inertia inertia>
 Vector<double, n> acceleration(const System<E, n, inertia>& system, const State<n>& state, By way) {
-  detail::require_sizes(system, state.q, state.qdot);
   return acceleration(system, state.q, state.qdot, state.t, way);
 }
 /// The right-hand side at a State, of a system or a scene.
 template <HasEnergies M>
 Coordinates<M> rhs(const M& model, const State<M::dof_at_compile_time>& state) {
-  detail::require_sizes(model.system(), state.q, state.qdot);
   return rhs(model, state.q, state.qdot, state.t);
 }
 /// The force that accelerations q̈ need at a State, of a system or a scene.
 template <HasEnergies M>
 Coordinates<M> motion_residual(const M& model, const State<M::dof_at_compile_time>& state, const Coordinates<M>& qddot) {
-  detail::require_sizes(model.system(), state.q, state.qdot);
   return motion_residual(model, state.q, state.qdot, qddot, state.t);
 }
 

@@ -21,8 +21,7 @@ namespace qdot {
 /// @return      n×n, symmetric; positive definite wherever T is a true kinetic energy
 /// @throws      DimensionError  when n is known at run time and a size disagrees
 template <HasEnergies Model, class Q = Coordinates<Model>, class Qdot = Coordinates<Model>>
-auto mass_matrix(const Model& model, const Q& q, const Qdot& qdot,
-                 typename Q::Scalar t = typename Q::Scalar(0)) {
+auto mass_matrix(const Model& model, const Q& q, const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   constexpr int n = Model::dof_at_compile_time;
   const auto& system = model.system();

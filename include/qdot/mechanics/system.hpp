@@ -125,7 +125,7 @@ class System {
   /// All but the energies.
   const detail::SystemParts& parts() const noexcept { return parts_; }
 
-  /// Itself: a scene has a system with the terms of its effects, and this is a scene without.
+  /// This system. Scenes have the same function, which returns the system with the terms of their effects in T and V.
   const System& system() const noexcept { return *this; }
   /// The object with T and V.
   const Energies& energies() const noexcept { return energies_; }
@@ -232,18 +232,19 @@ auto mechanical_system(Eigen::Index n, Energies energies) {
 
 namespace detail {
 
-// Sizes of a state, checked where they are known only at run time.
+// The size of a vector with an entry for each coordinate, checked when it is known only at run time.
+template <class Sys, class X>
+void require_size(const Sys& system, const char* name, const X& x) {
+  static_assert(require_real<typename X::Scalar>());
+  constexpr int n = Sys::dof_at_compile_time, size = X::SizeAtCompileTime;
+  static_assert(size == Dynamic || n == Dynamic || size == n, "qdot: q and qdot must have one entry for each coordinate of the system");
+  if (x.size() != system.dof())
+    throw DimensionError(name, static_cast<long>(system.dof()), static_cast<long>(x.size()), "pass one entry for each coordinate of the system");
+}
 template <class Sys, class Q, class Qdot>
 void require_sizes(const Sys& system, const Q& q, const Qdot& qdot) {
-  static_assert(require_real<typename Q::Scalar>() && require_real<typename Qdot::Scalar>());
-  constexpr auto fits = [](int size) { return size == Dynamic || Sys::dof_at_compile_time == Dynamic || size == Sys::dof_at_compile_time; };
-  static_assert(fits(Q::SizeAtCompileTime) && fits(Qdot::SizeAtCompileTime), "qdot: q and qdot must have one entry for each coordinate of the system");
-  if (q.size() != system.dof())
-    throw DimensionError("q", static_cast<long>(system.dof()), static_cast<long>(q.size()),
-                         "pass one entry for each coordinate of the system");
-  if (qdot.size() != system.dof())
-    throw DimensionError("qdot", static_cast<long>(system.dof()), static_cast<long>(qdot.size()),
-                         "pass one entry for each coordinate of the system");
+  require_size(system, "q", q);
+  require_size(system, "qdot", qdot);
 }
 
 template <class Sys>

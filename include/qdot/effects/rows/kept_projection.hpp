@@ -16,7 +16,8 @@ struct AnyProjection : AnyRates::Attached {
   /// Projects y = [q; q̇; z]. False, with y unchanged, far from the constraints, in other phases and near dependent rows: effects/projection.hpp takes these.
   virtual bool project(double t, double* y, std::span<const double> phases, ProjectionReport& report) const = 0;
 };
-/// That of the functors whose lines of q̈ these are. It always returns false where constraints are not linear in velocities, and where there are none.
+/// The projection of the functors whose lines of q̈ these are. Without constraints, and with constraints that are not linear in velocities, its project()
+/// returns false.
 template <class = void>
 std::unique_ptr<const AnyProjection> projection_by_lines(const AnyRates& rates);
 

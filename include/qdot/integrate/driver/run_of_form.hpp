@@ -44,7 +44,7 @@ Run<> run_of_form(const Form& form, const MakeStepper& make_stepper, const Eigen
 // (form, options) → AnyStepper.
 template <class Form>
 auto stepper_by(const MethodOfRates& method) {
-  return [&method](const Form& form, const Options& options) { return method.stepper(rates_of(form), nullptr, std::string(method.name), options); };
+  return [&method](const Form& form, const Options& options) { return method.stepper(rates_of(form), std::string(method.name), options); };
 }
 
 // y of a start of n coordinates.

@@ -58,7 +58,7 @@ StartNumbers numbers_of(const Start& start) {
 
 /// A method that asks for rates alone: its steppers for so many components.
 struct MethodOfRates {
-  AnyStepper (*stepper)(std::unique_ptr<Rates> rates, std::unique_ptr<Rates> projected, std::string name, const Options& options);
+  AnyStepper (*stepper)(std::unique_ptr<Rates> rates, std::string name, const Options& options);
   std::string_view name;
 };
 

@@ -91,6 +91,8 @@ class OneStep {
   const Y& y() const noexcept { return y_; }
   int order() const noexcept { return order_; }
   const Statistics& statistics() const noexcept { return statistics_; }
+  /// What is evaluated: a copy of the system.
+  const Rates& rates() const noexcept { return *rates_; }
 
   /// Takes other absolute tolerances, before a reset.
   void tolerate(const Eigen::VectorXd& atol) { std::copy_n(atol.data(), size(), atol_.data()); }
@@ -100,7 +102,6 @@ class OneStep {
 
   OneStep(std::unique_ptr<Rates> rates, std::string method, int order, const Options& options);
 
-  const Rates& rates() const noexcept { return *rates_; }
   std::string component_name(Eigen::Index i) const { return rates_->component_name(i); }
 
   Eigen::Index size() const noexcept {

@@ -48,6 +48,8 @@ class AnyRates {
 
   /// What the functors answer where they compare numbers; null where they do not.
   const Answers* answers() const { return answers_; }
+  /// Whether they hold only where comparisons of the functors have the same results.
+  bool are_of_branch() const { return are_of_branch_; }
   /// Whether functors with this fingerprint are those that were derived.
   bool are_of(Fingerprint print) const { return print != 0 && print == print_; }
   Fingerprint print() const { return print_; }
@@ -61,11 +63,11 @@ class AnyRates {
     return write_(*this, t, y, ydot, multipliers);
   }
 
-  /// What else is derived of these functors in these phases: projections, of which mechanics knows nothing.
+  /// What other headers derive of the same functors in the same phases, such as projections (effects/rows/kept_projection.hpp).
   struct Attached {
     virtual ~Attached() = default;
   };
-  /// What make() has returned, a std::unique_ptr<Attached> that is not null, when it was first asked for. Of several threads one may make it in vain.
+  /// What make() returned when it was first asked for: a std::unique_ptr<const Attached>, not null. Two threads may both make one; one of them is kept.
   template <class Make>
   const Attached& attached(const Make& make) const {
     const Attached* there = attached_.load(std::memory_order_acquire);
@@ -78,6 +80,7 @@ class AnyRates {
   std::vector<double> phases_{};
   Fingerprint print_ = 0;
   const Answers* answers_ = nullptr;
+  bool are_of_branch_ = false;
 
   ~AnyRates() { delete attached_.load(); }
 
@@ -175,13 +178,13 @@ class BasicRunRates {
   }
   /// Looks at the functors: a leg begins. No other thread may ask meanwhile.
   void renew(const RecordableForm& form);
-  /// The lines of a run for a state, of functors that compare numbers found by an evaluation, ydot ← [q̇; q̈; ż]; null where there are none, and outside of
-  /// runs: whether these have lines may depend on what others have asked for.
+  /// The lines of a run that hold at a state; null where there are none. Where they hold on one branch only they are looked for, by an evaluation
+  /// ydot ← [q̇; q̈; ż]. Outside of runs there are none: what other runs have derived must not decide how a form is evaluated.
   template <class Form>
   const AnyRates* at(const KeptLines& kept, const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
     if (!has_begun_) return nullptr;
     const AnyRates* const latest = latest_.load(std::memory_order_acquire);
-    if (latest != nullptr && latest->answers() == nullptr && latest->are_in(phases)) return latest;
+    if (latest != nullptr && !latest->are_of_branch() && latest->are_in(phases)) return latest;
     AnyRates::Written written;
     return find(kept, form(), t, y, phases, ydot, written);
   }

@@ -48,6 +48,7 @@ class BasicSolvedRates final : public AnyRates {
     has_rows_ = e.rows() > 0;
     if (e.zdot.empty()) e.zdot.resize(e.states(), e.graph().constant(0.0));  // phases alone have none
     solved_ = lines_.solved_rates(limits_, most_solved_numbers, with_multipliers);
+    are_of_branch_ = !solved_.sides.empty();
     if (solved_.lines) zdot_ = lines_.numbers(e.zdot);
   }
 
