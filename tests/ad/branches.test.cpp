@@ -59,6 +59,32 @@ TEST_CASE("given answers hold on the other side, too") {
   CHECK(forced.value == 15.0);
 }
 
+TEST_CASE("a functor that asks again, the other way round or with another sign, hears what it heard before") {
+  // Sorting asks a < b and later b < a. On the other side of the first answer both must hold, though the value is on this side.
+  const auto asks_again = [](const auto& x) {
+    const auto a = x * x, b = x + 2.0;
+    const bool below = a < b, above = b < a, again = a < b, minus = -b < -a;
+    const double code = (below ? 1.0 : 0.0) + (above ? 2.0 : 0.0) + (again ? 4.0 : 0.0) + (minus ? 8.0 : 0.0);
+    return code * x / x;
+  };
+  const Run here(asks_again, 1.0);
+  CHECK(here.value == 1.0 + 4.0 + 8.0);
+  std::vector<formula::Guard> flipped{here.branches.met[0]};
+  flipped[0].sign = -flipped[0].sign;
+  flipped[0].closed = !flipped[0].closed;
+  CHECK(Run(asks_again, 1.0, &flipped).value == 2.0);
+  const auto one_product = [](const auto& x) {  // a node, and the node times −1
+    const auto p = x * sin(x);
+    return ((p > 0.0 ? 1.0 : 0.0) + (-p > 0.0 ? 2.0 : 0.0) + (0.0 > p ? 4.0 : 0.0)) * x / x;
+  };
+  const Run positive(one_product, 1.0);
+  CHECK(positive.value == 1.0);
+  std::vector<formula::Guard> negative{positive.branches.met[0]};
+  negative[0].sign = -negative[0].sign;
+  negative[0].closed = !negative[0].closed;
+  CHECK(Run(one_product, 1.0, &negative).value == 6.0);
+}
+
 TEST_CASE("abs, max, min, floor and ceil are branches") {
   CHECK(Run([](const auto& x) { return abs(x) + max(x, Recorded(1.0)) + min(x, Recorded(1.0)); }, -3.0).value == 3.0 + 1.0 - 3.0);
   const Run stair([](const auto& x) { return x - floor(x) + ceil(x); }, 2.25);
@@ -79,4 +105,14 @@ TEST_CASE("without values a comparison is refused") {
   const Recorded x(recording, formula::variable_in(recording, 0));
   CHECK_THROWS_AS((void)(x < 1.0), NotAnalytic);
   CHECK_THROWS_AS(floor(x), NotAnalytic);
+}
+
+TEST_CASE("a loop that waits for a comparison for too long is not recorded") {
+  const auto waits = [](const auto& x, double step) {
+    int n = 0;
+    for (auto e = x * x + 1.0; e > 0.0; e = e - step) ++n;
+    return n * x;
+  };
+  CHECK(Run([&](const auto& x) { return waits(x, 0.1); }, 2.0).value == 2.0 * 50);
+  CHECK_THROWS_AS(Run([&](const auto& x) { return waits(x, 1e-7); }, 2.0), NotAnalytic);
 }
