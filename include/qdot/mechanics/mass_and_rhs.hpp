@@ -38,12 +38,18 @@ namespace detail {
 template <class Use>
 inline constexpr bool wants_band = requires { Use::wants_band; };
 
+// Others read M alone.
+template <class Use>
+inline constexpr bool is_of_mass = requires { Use::is_of_mass; };
+
 // Calls `use` with M and r at a state; false where there is no way but the general one. `kept`: the lines of these energies, if they are kept.
 template <int n, class E, class Use>
 bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
   if constexpr (may_keep_lines<E, n> && !wants_band<Use>) {
     const auto evaluated = [&](const DerivedLines& lines) { return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, use); };
-    if (with_lines<n>(kept, e, AtState{q.data(), qdot.data(), t, static_cast<int>(q.size())}, evaluated)) return true;
+    const auto lines_of = [](KeptDerivation& it) { return is_of_mass<Use> ? it.lines_of_mass() : it.lines(); };
+    const AtState at{q.data(), qdot.data(), t, static_cast<int>(q.size())};
+    if (size_at<n>(at) <= block_limit<n> && with_lines<n>(kept, e, at, lines_of, evaluated)) return true;
   }
   if constexpr (n == Dynamic) {
     if (wants_band<Use> || q.size() > block_limit<n>) {
@@ -90,43 +96,63 @@ struct AccelerationTo {
   }
 };
 
+// A use: a copy of M, whole.
+template <int n>
+struct MassTo {
+  static constexpr bool is_of_mass = true;
+  Matrix<double, n>& M_out;
+
+  bool full(const AtState&, const double* M, const double*) const {
+    double zero = 0.0;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j <= i; ++j) {
+        const double m = M[triangle_index(i, j)];
+        zero += m - m;
+        M_out(i, j) = M_out(j, i) = m;
+      }
+    return zero == 0.0;
+  }
+  template <int blocks>
+  bool rows(const AtState&, int size, const double* M, const double*) const {
+    double zero = 0.0;
+    for (int i = 0; i < size; ++i)
+      for (int j = 0; j <= i; ++j) {
+        const double m = M[4 * blocks * i + j];
+        zero += m - m;
+        M_out(i, j) = M_out(j, i) = m;
+      }
+    return zero == 0.0;
+  }
+  bool banded(const AtState&, const BandedMatrix& M, const Eigen::VectorXd&) const {
+    M_out = M.dense();
+    return all_finite(M_out.data(), M_out.size());
+  }
+};
+
 // A use: a copy of M, whole, and of r.
 template <int n>
 struct CopyTo {
   Matrix<double, n>& M_out;
   Vector<double, n>& r_out;
 
-  bool full(const AtState&, const double* M, const double* r) const {
-    double zero = 0.0;
-    for (int i = 0; i < n; ++i) {
-      zero += r[i] - r[i];
-      r_out[i] = r[i];
-      for (int j = 0; j <= i; ++j) {
-        const double m = M[triangle_index(i, j)];
-        zero += m - m;
-        M_out(i, j) = M_out(j, i) = m;
-      }
-    }
-    return zero == 0.0;
-  }
+  bool full(const AtState& at, const double* M, const double* r) const { return has_copied(n, r) && MassTo<n>{M_out}.full(at, M, r); }
   template <int blocks>
-  bool rows(const AtState&, int size, const double* M, const double* r) const {
+  bool rows(const AtState& at, int size, const double* M, const double* r) const {
+    return has_copied(size, r) && MassTo<n>{M_out}.template rows<blocks>(at, size, M, r);
+  }
+  bool banded(const AtState& at, const BandedMatrix& M, const Eigen::VectorXd& r) const {
+    r_out = r;
+    return all_finite(r.data(), r.size()) && MassTo<n>{M_out}.banded(at, M, r);
+  }
+
+ private:
+  bool has_copied(int size, const double* r) const {
     double zero = 0.0;
     for (int i = 0; i < size; ++i) {
       zero += r[i] - r[i];
       r_out[i] = r[i];
-      for (int j = 0; j <= i; ++j) {
-        const double m = M[4 * blocks * i + j];
-        zero += m - m;
-        M_out(i, j) = M_out(j, i) = m;
-      }
     }
     return zero == 0.0;
-  }
-  bool banded(const AtState&, const BandedMatrix& M, const Eigen::VectorXd& r) const {
-    M_out = M.dense();
-    r_out = r;
-    return all_finite(r.data(), r.size()) && all_finite(M_out.data(), M_out.size());
   }
 };
 
@@ -147,15 +173,19 @@ struct BandTo {
 extern template bool DerivedLines::with_mass_and_rhs<1>(const double*, const double*, double, const AccelerationTo<1>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<1>(const double*, const double*, double, const AccelerationTo<1, true>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<1>(const double*, const double*, double, const CopyTo<1>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<1>(const double*, const double*, double, const MassTo<1>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<2>(const double*, const double*, double, const AccelerationTo<2>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<2>(const double*, const double*, double, const AccelerationTo<2, true>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<2>(const double*, const double*, double, const CopyTo<2>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<2>(const double*, const double*, double, const MassTo<2>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<3>(const double*, const double*, double, const AccelerationTo<3>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<3>(const double*, const double*, double, const AccelerationTo<3, true>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<3>(const double*, const double*, double, const CopyTo<3>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<3>(const double*, const double*, double, const MassTo<3>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<4>(const double*, const double*, double, const AccelerationTo<4>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<4>(const double*, const double*, double, const AccelerationTo<4, true>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<4>(const double*, const double*, double, const CopyTo<4>&) const;
+extern template bool DerivedLines::with_mass_and_rhs<4>(const double*, const double*, double, const MassTo<4>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<5>(const double*, const double*, double, const AccelerationTo<5>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<5>(const double*, const double*, double, const AccelerationTo<5, true>&) const;
 extern template bool DerivedLines::with_mass_and_rhs<6>(const double*, const double*, double, const AccelerationTo<6>&) const;

@@ -13,8 +13,7 @@ namespace qdot {
 
 /// Mass matrix M(q, q̇) = ∂²T/∂q̇∂q̇ at a state.
 ///
-/// Of a system, or a scene, whose T holds the terms of its effects. Exact to rounding. Numbers come together with the right-hand side, by the shortest way
-/// (mass_and_rhs.hpp).
+/// Of a system, or a scene, whose T holds the terms of its effects. Exact to rounding, by the shortest way (mass_and_rhs.hpp).
 ///
 /// @param q     generalized coordinates, n      [units of the model]
 /// @param qdot  generalized velocities, n       [those units per unit time]
@@ -28,9 +27,7 @@ auto mass_matrix(const Model& model, const Q& q, const Qdot& qdot, typename Q::S
   detail::require_sizes(system, q, qdot);
   if constexpr (std::is_same_v<S, double>) {
     Matrix<double, n> M = detail::zeros<Matrix<double, n>>(q.size(), q.size());
-    Vector<double, n> r(q.size());
-    if (detail::with_mass_and_rhs<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t, detail::CopyTo<n>{M, r},
-                                     system.kept_lines()))
+    if (detail::with_mass_and_rhs<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t, detail::MassTo<n>{M}, system.kept_lines()))
       return M;
   }
   if constexpr (std::is_same_v<S, double>) return detail::general_mass_matrix<n>(system.energies(), Vector<double, n>(q), Vector<double, n>(qdot), t);

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -22,17 +23,27 @@ class LocalGradient {
  public:
   /// @param variables  nodes; derivatives are found of nodes that are in the graph by now
   LocalGradient(BasicGraph<Coefficient>& graph, const std::vector<int>& variables)
-      : graph_(graph), depends_(graph.dependence(static_cast<int>(graph.nodes().size()) - 1, variables)), adjoint_(depends_.size(), -1),
-        column_(depends_.size(), -1) {
-    for (std::size_t j = 0; j < variables.size(); ++j) column_[static_cast<std::size_t>(variables[j])] = static_cast<int>(j);
+      : graph_(graph), first_(graph.nodes().size(), none), adjoint_(first_.size(), -1), column_(first_.size(), -1) {
+    for (std::size_t j = 0; j < variables.size(); ++j) {
+      const auto variable = static_cast<std::size_t>(variables[j]);
+      first_[variable] = column_[variable] = static_cast<int>(j);
+    }
+    for (std::size_t w = 0; w < first_.size(); ++w) {
+      const auto& node = graph.nodes()[w];
+      if (node.kind == Kind::constant || node.kind == Kind::variable || first_[w] != none) continue;
+      first_[w] = first_[static_cast<std::size_t>(node.a)];
+      if (node.b >= 0) first_[w] = std::min(first_[w], first_[static_cast<std::size_t>(node.b)]);
+    }
   }
 
   /// (place among the variables, node of ∂output/∂variable) of all that are not always zero, by places.
-  const std::vector<std::pair<int, int>>& of(int output) {
+  ///
+  /// @param most  derivatives with so many of the variables, the first ones
+  const std::vector<std::pair<int, int>>& of(int output, int most = none) {
     found_.clear();
-    if (output < 0 || depends_[static_cast<std::size_t>(output)] == 0) return found_;
+    const auto leads_on = [&](int x) { return x >= 0 && first_[static_cast<std::size_t>(x)] < most; };
+    if (!leads_on(output)) return found_;
     const int zero = graph_.constant(0.0);
-    const auto leads_on = [&](int x) { return x >= 0 && depends_[static_cast<std::size_t>(x)] != 0; };
     const auto add = [&](int x, int contribution) {
       int& so_far = adjoint_[static_cast<std::size_t>(x)];
       if (so_far < 0) {
@@ -58,8 +69,10 @@ class LocalGradient {
   }
 
  private:
+  static constexpr int none = std::numeric_limits<int>::max();
+
   BasicGraph<Coefficient>& graph_;
-  std::vector<char> depends_;
+  std::vector<int> first_;  // of the variables on which a node depends; or none
   std::vector<int> adjoint_, column_, waiting_;
   std::vector<std::pair<int, int>> found_;
 };

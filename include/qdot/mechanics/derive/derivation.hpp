@@ -1,7 +1,9 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// One derivation of T and V: what was recorded, the lines that came of it, and where and for which functors they hold.
+// One derivation of T and V: their equations, the lines that came of these, and where and for which functors they hold.
+//
+// Where a run has derived q̈ of the same functors already (mechanics/derive/kept_rates.hpp), its equations are taken, and only lines are written.
 //
 // A derivation holds as long as T and V are the same formulas. That is checked by a hash of what they do (ad/formula/hashed.hpp): another captured number,
 // sign or threshold gives another.
@@ -21,15 +23,13 @@
 
 namespace qdot::detail {
 
-template <class Coefficient>
-class DerivedLineWriter;  // mechanics/derive/derivation.ipp has it
+template <class Number>
+class TracedEquations;  // mechanics/derive/traced_equations.hpp
 
-// What was recorded, T, V and perhaps forces, what has been derived of it, and its lines; of a branch the guards that tell it from others, too.
+// Equations of T, V and perhaps forces, and their lines; of a branch the guards that tell it from others, too.
 template <class Number = double>
 struct Derivation {
-  RecordedMotion recorded;
-  DerivedJacobian derived;
-  std::shared_ptr<DerivedLineWriter<Number>> writer;
+  std::shared_ptr<const TracedEquations<Number>> equations;
   DerivedLines lines;
   std::unique_ptr<formula::Branches> branch;  // null where nothing is compared
   formula::LineEvaluator sides;               // lines of its guards
@@ -38,11 +38,12 @@ struct Derivation {
   explicit Derivation(By by = By::fastest);
   ~Derivation();
 
-  /// Begins to record motions of so many coordinates; on the branch of a state where one is given, (q, q̇, t).
-  void begin(int size, const AtState* at = nullptr);
-  /// Derives what run_energies() has recorded since.
-  void derive_recorded();
-  void derive(RecordedMotion motion, const formula::Branches* branches = nullptr, std::size_t parameters = 0);
+  /// Derives what has been recorded, which no other derivation knows.
+  void derive(TracedEquations<Number> recorded);
+  /// Writes lines of equations that have been derived.
+  void write(std::shared_ptr<const TracedEquations<Number>> derived);
+  /// Writes lines of M alone.
+  void write_mass(DerivedLines& mass) const;
   void derive_slopes();
   void derive_solution();
   void write_sides();
@@ -77,12 +78,22 @@ class BasicKeptDerivation {
 
   /// Of functors without comparisons, or of their branch at a state.
   void derive(const RecordableFunctors& functors, const AtState* at = nullptr);
+  /// Of functors with this fingerprint, which compare nothing and whose equations are known.
+  void take(std::shared_ptr<const TracedEquations<Number>> equations, Fingerprint print);
 
   Fingerprint print() const { return print_; }
   /// Whether the functors compare numbers, so that there is no fingerprint without answers.
   bool is_asked() const { return !answers_.empty(); }
   /// The lines; null where T and V are no formulas, or too long.
-  const DerivedLines* lines() const { return derivation_.lines.exist() ? &derivation_.lines : nullptr; }
+  const DerivedLines* lines() {
+    if (!is_written_.load(std::memory_order_acquire)) write();
+    return derivation_.lines.exist() ? &derivation_.lines : nullptr;
+  }
+  /// Lines of M alone; null where T and V are no formulas, or too long.
+  const DerivedLines* lines_of_mass() {
+    if (!is_asked_for_mass_.load(std::memory_order_acquire)) write_mass();
+    return mass_.exist() ? &mass_ : nullptr;
+  }
   /// The lines with slopes; null where these are too long.
   const DerivedLines* lines_with_slopes() {
     if (lines() && !is_asked_for_slopes_.load(std::memory_order_acquire)) derive_slopes();
@@ -100,6 +111,8 @@ class BasicKeptDerivation {
   bool is_of(const RecordableFunctors& functors) const;
 
  private:
+  void write();
+  void write_mass();
   void derive_slopes();
   void derive_solution();
   bool is_beside_guards(const AtState& at) const;
@@ -110,8 +123,9 @@ class BasicKeptDerivation {
   Answers answers_{};
   Fingerprint print_ = 0;
   std::mutex mutex_{};
-  std::atomic<bool> is_asked_for_slopes_{false}, is_asked_for_lanes_{false};
+  std::atomic<bool> is_written_{true}, is_asked_for_mass_{false}, is_asked_for_slopes_{false}, is_asked_for_lanes_{false};
   Derivation<Number> derivation_;
+  DerivedLines mass_;
 };
 using KeptDerivation = BasicKeptDerivation<>;
 

@@ -20,10 +20,17 @@
 
 #include "qdot/ad/formula/line_writer.hpp"
 #include "qdot/mechanics/derive/derivation.hpp"
-#include "qdot/mechanics/derive/derivatives_of_graph.hpp"
+#include "qdot/mechanics/derive/derived_equations.hpp"
 #include "qdot/mechanics/derive/solution_lines.hpp"
+#include "qdot/mechanics/derive/traced_motion.hpp"
 
 namespace qdot::detail {
+
+// An evaluator whose numbers tell whether there are values.
+[[gnu::cold]] inline void add_checked(const DerivedLines& lines, formula::LineEvaluator& evaluator) {
+  for (const DerivedLines::Checked& c : lines.checked) evaluator.add_read(std::array{c.number});
+  for (const DerivedLines::Sided& s : lines.sides) evaluator.add_read(std::array{s.number});
+}
 
 /// Writes the lines of M and r, and those of the slopes once there are any.
 template <class Coefficient>
@@ -32,7 +39,7 @@ class DerivedLineWriter {
   DerivedLineWriter(const formula::BasicGraph<Coefficient>& graph, std::size_t n, std::size_t shortest_run, std::size_t parameters = 0)
       : graph_(graph), n_(n), most_(DerivedLines::most(n)), writer_(graph, 3 * n + 1 + parameters, shortest_run) {}
 
-  /// Lines of M, r, of the guards of a branch, and of numbers that are not zero where these hold; none where there would be too many.
+  /// Lines of M, of r where it is given, of the guards of a branch, and of numbers that are not zero where these hold; none where there would be too many.
   [[gnu::cold]] void write_equations(const DerivedJacobian& derived, const std::vector<formula::Guard>& guards, const std::vector<int>& nonzero,
                                      DerivedLines& lines) {
     std::vector<int> equations = derived.mass;
@@ -49,30 +56,12 @@ class DerivedLineWriter {
       if (domains[w] != formula::Domain::everything) lines.checked.push_back({writer_.number(static_cast<int>(w)), domains[w]});
     for (const int node : nonzero) lines.checked.push_back({writer_.number(node), formula::Domain::nonzero});
     for (const formula::Guard& guard : guards) lines.sides.push_back({writer_.number(guard.node), guard});
+    lines.dof = static_cast<int>(n_);
     lines.mass = writer_.numbers(derived.mass);
     lines.right = writer_.numbers(derived.right);
     add_read(lines, lines.equations);
   }
-  /// Those that go on to q̈.
-  [[gnu::cold]] void write_solution(DerivedLines& lines) {
-    LinesOfNumbers more(lines.equations.count());
-    Elimination elimination(more, lines.mass, n_);
-    if (!elimination.exists()) return;
-    std::vector<int> accelerations = elimination.solution(lines.right);
-    if (more.count() > most_) return;
-    formula::LineTable table = lines.equations.table();
-    table.lines.pop_back();
-    table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
-    table.lines.push_back(formula::Line{});
-    DerivedLines::Solution& solution = lines.solution;
-    solution.lines.set(std::move(table), more.count(), lines.begins);
-    solution.accelerations = std::move(accelerations);
-    solution.pivots = std::move(elimination.pivots);
-    solution.lines.add_read(solution.accelerations);
-    for (const auto& [pivot, whole] : solution.pivots) solution.lines.add_read(std::array{pivot, whole});
-    add_checked(lines, solution.lines);
-  }
-  /// Likewise of the slopes.
+  /// Those of the slopes.
   [[gnu::cold]] void write_slopes(const DerivedJacobian& derived, DerivedLines& lines) {
     formula::LineTable table;
     writer_.write(derived.slopes, table);
@@ -88,10 +77,6 @@ class DerivedLineWriter {
   }
 
  private:
-  static void add_checked(const DerivedLines& lines, formula::LineEvaluator& evaluator) {
-    for (const DerivedLines::Checked& c : lines.checked) evaluator.add_read(std::array{c.number});
-    for (const DerivedLines::Sided& s : lines.sides) evaluator.add_read(std::array{s.number});
-  }
   static void add_read(const DerivedLines& lines, formula::LineEvaluator& evaluator) {
     evaluator.add_read(lines.mass);
     evaluator.add_read(lines.right);
@@ -102,6 +87,26 @@ class DerivedLineWriter {
   std::size_t n_, most_;
   formula::LineWriter<Coefficient> writer_;
 };
+
+/// Lines of M and r that go on to q̈ of n coordinates; none where M has a zero on its diagonal, or there would be too many.
+[[gnu::cold]] inline void write_solution(DerivedLines& lines, std::size_t n) {
+  LinesOfNumbers more(lines.equations.count());
+  Elimination elimination(more, lines.mass, n);
+  if (!elimination.exists()) return;
+  std::vector<int> accelerations = elimination.solution(lines.right);
+  if (more.count() > DerivedLines::most(n)) return;
+  formula::LineTable table = lines.equations.table();
+  table.lines.pop_back();
+  table.lines.insert(table.lines.end(), more.lines.begin(), more.lines.end());
+  table.lines.push_back(formula::Line{});
+  DerivedLines::Solution& solution = lines.solution;
+  solution.lines.set(std::move(table), more.count(), lines.begins);
+  solution.accelerations = std::move(accelerations);
+  solution.pivots = std::move(elimination.pivots);
+  solution.lines.add_read(solution.accelerations);
+  for (const auto& [pivot, whole] : solution.pivots) solution.lines.add_read(std::array{pivot, whole});
+  add_checked(lines, solution.lines);
+}
 
 // x ← q, q̇, t of a state of so many coordinates.
 inline void copy_state(const AtState& at, int size, double* x) {
@@ -117,56 +122,60 @@ template <class Number>
 template <class Number>
 Derivation<Number>::~Derivation() = default;
 
+// M and r as nodes.
 template <class Number>
-[[gnu::cold]] void Derivation<Number>::begin(int size, const AtState* at) {
-  recorded = motion_variables(size);
-  if (at == nullptr) return;
-  branch = std::make_unique<formula::Branches>();
-  branch->variables.resize(static_cast<std::size_t>(2 * size + 1));
-  copy_state(*at, size, branch->variables.data());
-  recorded.recording.branches = branch.get();
+[[gnu::cold]] DerivedJacobian mass_and_rhs_of(const TracedEquations<Number>& equations) {
+  return {lower_triangle(equations.mass), equations.right, {}};
 }
-
 template <class Number>
-[[gnu::cold]] void Derivation<Number>::derive_recorded() {
-  if (branch && branch->read_values) return;
-  derive(std::move(recorded), branch.get());
-  if (lines.exist() && branch && !branch->met.empty()) write_sides();
-}
-
-template <class Number>
-[[gnu::cold]] void Derivation<Number>::derive(RecordedMotion motion, const formula::Branches* branches, std::size_t parameters) {
-  recorded = std::move(motion);
-  GraphEquations e = equations_by_graph(recorded.recording.graph, static_cast<int>(recorded.q.size()), recorded.returned[0], recorded.returned[1],
-                                        recorded.recording.turnings);
-  for (std::size_t i = 0; i < recorded.q.size() && recorded.returned.size() > 2; ++i)  // forces
-    e.right[i] = recorded.recording.graph.sum(e.right[i], recorded.returned[2 + i]);
-  derived = {std::move(e.mass), std::move(e.right), {}};
-  writer = std::make_shared<DerivedLineWriter<Number>>(recorded.recording.graph, recorded.q.size(), std::size_t(4), parameters);
+[[gnu::cold]] DerivedLineWriter<Number> written_equations(const TracedEquations<Number>& e, const DerivedJacobian& derived, DerivedLines& lines) {
+  DerivedLineWriter<Number> writer(e.graph(), e.n(), 4, e.parameters.size());
   std::vector<int> nonzero;
-  for (const auto& assumption : recorded.recording.assumptions) nonzero.push_back(assumption.node);
-  writer->write_equations(derived, branches ? branches->met : std::vector<formula::Guard>(), nonzero, lines);
+  for (const auto& assumption : e.motion.recording.assumptions) nonzero.push_back(assumption.node);
+  writer.write_equations(derived, e.guards, nonzero, lines);
+  return writer;
 }
 
+template <class Number>
+[[gnu::cold]] void Derivation<Number>::derive(TracedEquations<Number> recorded) {
+  recorded.derive(recorded.motion.returned.size() > 2, {});
+  write(std::make_shared<const TracedEquations<Number>>(std::move(recorded)));
+}
+template <class Number>
+[[gnu::cold]] void Derivation<Number>::write(std::shared_ptr<const TracedEquations<Number>> derived) {
+  equations = std::move(derived);
+  written_equations(*equations, mass_and_rhs_of(*equations), lines);
+}
+
+template <class Number>
+[[gnu::cold]] void Derivation<Number>::write_mass(DerivedLines& mass) const {
+  mass.begins = lines.begins;
+  written_equations(*equations, {lower_triangle(equations->mass), {}, {}}, mass);
+}
+
+// The graph of the equations is others', too, so slopes are added to a copy.
 template <class Number>
 [[gnu::cold]] void Derivation<Number>::derive_slopes() {
-  differentiate(recorded.recording.graph, static_cast<int>(recorded.q.size()), derived);
-  writer->write_slopes(derived, lines);
+  TracedEquations<Number> e = *equations;
+  DerivedJacobian derived = mass_and_rhs_of(e);
+  differentiate(e.graph(), static_cast<int>(e.n()), derived);
+  DerivedLines again;
+  written_equations(e, derived, again).write_slopes(derived, lines);
 }
 
 template <class Number>
 [[gnu::cold]] void Derivation<Number>::derive_solution() {
-  writer->write_solution(lines);
+  write_solution(lines, equations->n());
 }
 
 // Without room for these lines there are none at all.
 template <class Number>
 [[gnu::cold]] void Derivation<Number>::write_sides() {
-  const std::size_t n = recorded.q.size();
+  const std::size_t n = equations->n();
   std::vector<int> nodes;
   for (const formula::Guard& guard : branch->met) nodes.push_back(guard.node);
   formula::LineTable table;
-  formula::LineWriter<Number> side_writer(recorded.recording.graph, 2 * n + 1);
+  formula::LineWriter<Number> side_writer(equations->graph(), 2 * n + 1);
   side_writer.write(nodes, table);
   table.lines.push_back(formula::Line{});
   sides.set(std::move(table), side_writer.count(), lines.begins);
@@ -184,13 +193,42 @@ template <class Number>
 [[gnu::cold]] void BasicKeptDerivation<Number>::derive(const RecordableFunctors& functors, const AtState* at) {
   size_ = functors.size;
   try {
-    derivation_.begin(size_, at);
-    functors.run(functors.energies, derivation_.recorded);
-    derivation_.derive_recorded();
-    answers_ = derivation_.recorded.recording.answers;
+    TracedEquations<Number> recorded(motion_variables(size_));
+    if (at != nullptr) {
+      derivation_.branch = std::make_unique<formula::Branches>();
+      derivation_.branch->variables.resize(static_cast<std::size_t>(2 * size_ + 1));
+      copy_state(*at, size_, derivation_.branch->variables.data());
+    }
+    formula::Branches* const branch = recorded.motion.recording.branches = derivation_.branch.get();
+    functors.run(functors.energies, recorded.motion);
+    recorded.motion.recording.branches = nullptr;
+    answers_ = recorded.motion.recording.answers;
+    if (branch != nullptr) recorded.guards = branch->met;
+    if (branch == nullptr || !branch->read_values) derivation_.derive(std::move(recorded));
+    if (lines() && branch != nullptr && !branch->met.empty()) derivation_.write_sides();
     if (at == nullptr || lines()) print_ = functors.print(functors.energies, size_, &answers_);
   } catch (...) {  // what functors throw they throw again, where they are asked for values
   }
+}
+template <class Number>
+[[gnu::cold]] void BasicKeptDerivation<Number>::take(std::shared_ptr<const TracedEquations<Number>> equations, Fingerprint print) {
+  size_ = static_cast<int>(equations->n());
+  derivation_.equations = std::move(equations);
+  is_written_.store(false, std::memory_order_relaxed);
+  print_ = print;
+}
+
+template <class Number>
+[[gnu::cold, gnu::noinline]] void BasicKeptDerivation<Number>::write() {
+  const std::lock_guard lock(mutex_);
+  if (!is_written_.load(std::memory_order_relaxed)) derivation_.write(derivation_.equations);
+  is_written_.store(true, std::memory_order_release);
+}
+template <class Number>
+[[gnu::cold, gnu::noinline]] void BasicKeptDerivation<Number>::write_mass() {
+  const std::lock_guard lock(mutex_);
+  if (!is_asked_for_mass_.load(std::memory_order_relaxed) && derivation_.equations) derivation_.write_mass(mass_);
+  is_asked_for_mass_.store(true, std::memory_order_release);
 }
 
 template <class Number>

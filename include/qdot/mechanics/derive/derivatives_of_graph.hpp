@@ -20,21 +20,6 @@
 
 namespace qdot::detail {
 
-/// A node that is c (cos² u + sin² u) + d is c + d.
-template <class Graph>
-constexpr int without_squares(Graph& graph, int x) {
-  const typename Graph::Node w = graph[x];
-  if (w.kind != formula::Kind::affine || w.b < 0 || !formula::are_alike(w.ca, w.cb)) return x;
-  const typename Graph::Node a = graph[w.a], b = graph[w.b];
-  if (a.kind != formula::Kind::product || b.kind != formula::Kind::product || a.a != a.b || b.a != b.b) return x;
-  const typename Graph::Node f = graph[a.a], g = graph[b.a];
-  using formula::Function;
-  if (f.a != g.a || f.kind != formula::Kind::function || g.kind != formula::Kind::function) return x;
-  if ((f.function == Function::sin && g.function == Function::cos) || (f.function == Function::cos && g.function == Function::sin))
-    return graph.constant(w.ca + w.c);
-  return x;
-}
-
 /// p, M and r of T and V; −1 in M is zero.
 struct GraphEquations {
   std::vector<int> p, mass, right;  // of M the lower triangle, row by row

@@ -6,6 +6,7 @@
 // Two ways lead there: mechanics/derive/by_terms.hpp multiplies the kinetic energy out and simplifies what comes, as one does on paper;
 // mechanics/derive/derivatives_of_graph.hpp differentiates T as it is written, which suits sums of squares of velocities, and many coordinates.
 
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
@@ -44,11 +45,27 @@ constexpr void differentiate(Graph& graph, int n, DerivedJacobian& jacobian) {
   }
 }
 
+/// A node that is c (cos² u + sin² u) + d is c + d.
+template <class Graph>
+constexpr int without_squares(Graph& graph, int x) {
+  const typename Graph::Node w = graph[x];
+  if (w.kind != formula::Kind::affine || w.b < 0 || !formula::are_alike(w.ca, w.cb)) return x;
+  const typename Graph::Node a = graph[w.a], b = graph[w.b];
+  if (a.kind != formula::Kind::product || b.kind != formula::Kind::product || a.a != a.b || b.a != b.b) return x;
+  const typename Graph::Node f = graph[a.a], g = graph[b.a];
+  using formula::Function;
+  if (f.a != g.a || f.kind != formula::Kind::function || g.kind != formula::Kind::function) return x;
+  if ((f.function == Function::sin && g.function == Function::cos) || (f.function == Function::cos && g.function == Function::sin))
+    return graph.constant(w.ca + w.c);
+  return x;
+}
+
 // The domains that q̈ does not watch over by itself, of each node: a root or a power that q̈ needs is NaN outside of its own, and a division by zero
-// is not finite.
+// is not finite. None where no function has one.
 template <class Graph>
 constexpr std::vector<formula::Domain> domains_to_check(const Graph& graph, const std::vector<int>& outputs) {
   using formula::Domain, formula::Kind;
+  if (std::ranges::all_of(graph.nodes(), [](const auto& node) { return node.domain == Domain::everything; })) return {};
   const std::vector<char> needed = graph.needed_for(outputs);
   std::vector<char> may_be_negative(needed.size(), 1), may_be_zero(needed.size(), 1);
   for (std::size_t w = 0; w < needed.size(); ++w) {

@@ -66,7 +66,7 @@ class BasicDerivations {
   static constexpr std::size_t most = 16;
   using Held = std::shared_ptr<KeptDerivation>;  // empty for those that live as long as this
 
-  explicit BasicDerivations(By by);
+  explicit BasicDerivations(SharedDerivations& shared);
   ~BasicDerivations();
 
   /// The derivation of energies as they are now, which holds at every state; null where there is none.
@@ -96,7 +96,7 @@ class BasicDerivations {
   }
   KeptDerivation* added(const RecordableFunctors& functors, Held& held);
 
-  By by_;
+  SharedDerivations& shared_;  // whose part this is
   std::array<Held, most> all_;
   Held further_;
   Fingerprint missed_ = 0;
@@ -210,7 +210,7 @@ template <class Sys>
   if (kept.by() == By::duals) return "dual numbers, as asked";
   const DerivedOnce* const once = may_keep_lines<E, n> ? kept.once() : nullptr;
   if (once && once->is_asked()) {
-    const KeptDerivation* const latest = once->latest();
+    KeptDerivation* const latest = once->latest();
     if (const DerivedLines* const lines = latest ? latest->lines() : nullptr)
       return way_of_lines(lines->are_native(), kept.by(), lines->equations.count() > formula::longest_native_lines);
     return "dual numbers, because T or V asks for a plain value, compares in too many ways, or is too long to be recorded";

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "qdot/mechanics/derive/kept_lines.hpp"
+#include "qdot/mechanics/derive/kept_rates.hpp"
 
 namespace qdot::detail {
 
@@ -58,7 +59,7 @@ template <class Number>
 }
 
 template <class Number>
-[[gnu::cold]] BasicDerivations<Number>::BasicDerivations(By by) : by_(by), branches_(by) {}
+[[gnu::cold]] BasicDerivations<Number>::BasicDerivations(SharedDerivations& shared) : shared_(shared), branches_(shared.by) {}
 template <class Number>
 BasicDerivations<Number>::~BasicDerivations() = default;
 
@@ -74,11 +75,16 @@ template <class Number>
     const bool again = std::exchange(missed_, now) == now;
     if (!again) return nullptr;
   }
-  auto made = std::make_shared<KeptDerivation>(by_);
-  made->derive(functors);
-  if (!made->lines() || !made->print() || made->is_asked()) {
-    has_branches_.store(true, std::memory_order_relaxed);
-    return nullptr;
+  auto made = std::make_shared<KeptDerivation>(shared_.by);
+  SharedRates* const rates = shared_.rates.load(std::memory_order_acquire);
+  if (auto equations = rates != nullptr && now != 0 ? rates->equations(now) : nullptr) {
+    made->take(std::move(equations), now);
+  } else {
+    made->derive(functors);
+    if (!made->lines() || !made->print() || made->is_asked()) {
+      has_branches_.store(true, std::memory_order_relaxed);
+      return nullptr;
+    }
   }
   if (count == most) {
     held = further_ = std::move(made);
@@ -93,7 +99,7 @@ template <class>
 [[gnu::cold, gnu::noinline]] Derivations& made_derivations(SharedDerivations& shared) {
   const std::lock_guard lock(shared.making);
   if (!shared.owner) {
-    auto made = std::make_shared<Derivations>(shared.by);
+    auto made = std::make_shared<Derivations>(shared);
     shared.made.store(made.get(), std::memory_order_release);
     shared.owner = std::move(made);
   }

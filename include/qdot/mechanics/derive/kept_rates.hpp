@@ -95,6 +95,8 @@ class AnyRates {
 
 template <class Number>
 class BasicSolvedRates;  // mechanics/derive/kept_rates.ipp has it
+template <class Number>
+class TracedEquations;  // mechanics/derive/traced_equations.hpp
 using SolvedRates = BasicSolvedRates<double>;
 /// Whether lines are machine code by now.
 template <class = void>
@@ -118,6 +120,8 @@ class BasicSharedRates {
       if (it->key == key && it->with_multipliers == with_multipliers) return it->latest.load(std::memory_order_acquire);
     return nullptr;
   }
+  /// Equations without effects, of functors with this fingerprint that compare nothing, where lines have been derived of them; otherwise null.
+  std::shared_ptr<const TracedEquations<Number>> equations(Fingerprint print);
   /// Lines of the functors as they are, which hold at y; null where there are none. They are found by an evaluation, ydot ← [q̇; q̈; ż].
   std::shared_ptr<SolvedRates> at(const RecordableForm& form, double t, const double* y, std::span<const double> phases, double* ydot);
 

@@ -56,6 +56,7 @@ class BasicSolvedRates final : public AnyRates {
   bool exist() const { return solved_.lines != nullptr; }
   bool are_native() const { return solved_.lines->is_native(); }
   const TracedEquations<Number>& equations() const { return lines_.equations(); }
+  std::shared_ptr<const TracedEquations<Number>> shared_equations() const { return lines_.shared_equations(); }
   const LimitsOfPivots& limits() const { return limits_; }
 
   /// Notes of which functors these are.
@@ -275,6 +276,16 @@ template <class Number>
 [[gnu::cold]] std::shared_ptr<SolvedRates> BasicSharedRates<Number>::at(const RecordableForm& form, double t, const double* y,
                                                                         std::span<const double> phases, double* ydot) {
   return Search(of(form, false), form, t, y, phases, ydot, nullptr).found_or_made();
+}
+
+template <class Number>
+[[gnu::cold]] std::shared_ptr<const TracedEquations<Number>> BasicSharedRates<Number>::equations(Fingerprint print) {
+  for (OfForm* it = first_.load(std::memory_order_acquire); it != nullptr; it = it->next) {
+    if (it->key != plain_system) continue;
+    const auto is_of = [&](const SolvedRates& rates) { return rates.are_of(print) && !rates.are_of_branch() && rates.answers() == nullptr; };
+    if (const auto* const found = it->met.found(is_of)) return (*found)->shared_equations();
+  }
+  return nullptr;
 }
 
 template <class>

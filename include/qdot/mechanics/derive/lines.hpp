@@ -27,12 +27,13 @@ struct AtState {
   int size = 0;  // number of coordinates, where it is known at run time only
 };
 
-/// The equations of one object. Inputs are q, q̇, t and accelerations, 3n + 1 numbers, and parameters; lines come after them. −1 is zero.
+/// The equations of one object, or its M alone. Inputs are q, q̇, t and accelerations, 3n + 1 numbers, and parameters; lines come after them. −1 is zero.
 struct DerivedLines {
   static constexpr int lane_limit = 16;  // most coordinates for whose lanes there are lines to q̈
   // Numbers of an evaluation: a vector of them lies on the stack.
   static constexpr std::size_t most(std::size_t n) { return n <= 16 ? 4000 : 12000; }
 
+  int dof = 0;
   formula::LineEvaluator equations;               // M and r
   formula::LineEvaluator before_slopes, further;  // the same lines, with all that the slopes read; and the slopes
   std::vector<int> mass, right, slopes;   // lower triangle of M, row by row; derivatives of each row along q and then q̇
@@ -56,21 +57,21 @@ struct DerivedLines {
   Solution solution;
   formula::MachineCodeBegins begins{};
 
-  bool exist() const { return !right.empty(); }
+  bool exist() const { return !mass.empty(); }
   bool have_slopes() const { return !slopes.empty(); }
   bool are_native() const { return equations.is_native(); }
 
-  /// M and r, handed to `use`; false where T or V has no value, and where `use` says so.
+  /// M and r, handed to `use`; false where T or V has no value, and where `use` says so. Lines of M alone leave r as it is.
   template <int n, class Use>
   bool with_mass_and_rhs(const double* q, const double* qdot, double t, const Use& use) const {
     constexpr bool few = n >= 1 && n <= unrolled_limit;
-    const int size = n == Dynamic ? static_cast<int>(right.size()) : n;
+    const int size = n == Dynamic ? dof : n;
     double x[most(n == Dynamic ? block_limit<n> : n)];
     write_inputs(size, q, qdot, t, x);
     equations(x);
     if (!have_values(x)) return false;
     double r[block_stride<n>];
-    for (int i = 0; i < size; ++i) r[i] = x[right[static_cast<std::size_t>(i)]];
+    for (std::size_t i = 0; i < right.size(); ++i) r[i] = x[right[i]];
     if constexpr (few) {
       double M[n * (n + 1) / 2];
       write_mass(x, M);

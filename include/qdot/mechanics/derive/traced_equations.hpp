@@ -20,6 +20,7 @@
 
 #include <cstddef>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "qdot/error.hpp"
@@ -90,10 +91,16 @@ class TracedEquations {
     parameters = new_variables(r, 3 * n + 1 + states, parameter_count);
   }
 
+  /// Of what has been recorded with such variables, without states of effects.
+  explicit TracedEquations(RecordedMotion recorded, Eigen::Index parameter_count = 0) : motion(std::move(recorded)) {
+    parameters = new_variables(motion.recording, 3 * static_cast<Eigen::Index>(n()) + 1, parameter_count);
+  }
+
   std::size_t n() const { return motion.q.size(); }
   std::size_t states() const { return motion.z.size(); }
   std::size_t rows() const { return gamma.size(); }
   formula::BasicGraph<Number>& graph() { return motion.recording.graph; }
+  const formula::BasicGraph<Number>& graph() const { return motion.recording.graph; }
 
   /// Derives everything from what the functors returned: T, V, then Q and ż if there are forces, then the rows of constraints.
   ///

@@ -43,8 +43,9 @@ template <class Number>
 [[gnu::cold]] void TracedEquations<Number>::derive_mass() {
   formula::LocalGradient<Number> gradient(graph(), motion.qdot);
   for (std::size_t i = 0; i < n(); ++i) {
-    for (const auto& [j, node] : gradient.of(motion.p[i])) {
-      if (static_cast<std::size_t>(j) > i || is_zero(node)) continue;
+    for (const auto& [j, derivative] : gradient.of(motion.p[i], static_cast<int>(i) + 1)) {
+      if (static_cast<std::size_t>(j) > i || is_zero(derivative)) continue;
+      const int node = without_squares(graph(), derivative);
       mass.entries.push_back({j, node});
       mass_is_diagonal = mass_is_diagonal && static_cast<std::size_t>(j) == i;
       mass_is_constant = mass_is_constant && graph()[node].kind == formula::Kind::constant;

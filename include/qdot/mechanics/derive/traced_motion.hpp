@@ -68,6 +68,7 @@ class TracedLines {
 
   const TracedEquations<Number>& equations() const { return shared_->equations; }
   TracedEquations<Number>& equations() { return shared_->equations; }
+  std::shared_ptr<const TracedEquations<Number>> shared_equations() const { return {shared_, &shared_->equations}; }
 
   /// Lines of what `outputs` need beyond what is written already. All are written before the first evaluation.
   std::shared_ptr<const formula::LineEvaluator> written(const std::vector<int>& outputs);
