@@ -193,3 +193,33 @@ TEST_CASE("no step has to get over a jump that is too large for it") {
   CHECK(std::abs(s.Phi(0, 0) / 71.032003920507931 - 1) < near);
   CHECK(std::abs(s.Phi(1, 0) / 442.94460490127055 - 1) < near);
 }
+
+// x″ = −x, and beyond the place 1 a half more: with q₀ = 0 it comes to v₀, by sin t.
+struct Shelf {
+  auto T(const auto& v) const { return 0.5 * v[0] * v[0]; }
+  auto V(const auto& q) const {
+    using S = std::decay_t<decltype(q[0] * q[0])>;
+    return 0.5 * q[0] * q[0] + (q[0] > 1.0 ? S(0.5 * (q[0] - 1.0)) : S(0.0 * q[0]));
+  }
+};
+
+TEST_CASE("a motion that only touches a place beyond which the force is another has no derivative, and says so") {
+  const auto system = mechanical_system<1>(Shelf{});
+  for (const double rtol : {1e-8, 1e-10, 1e-12}) {
+    const Options options{.rtol = rtol, .atol = rtol};
+    const auto touching = sensitivities(system, State<1>{0.0, {0.0}, {1.0}}, 3.0, Dop853{}, options);
+    INFO(touching.message);
+    CHECK(touching.outcome == Outcome::not_differentiable);
+    CHECK(touching.message.find("is only touched") != std::string::npos);
+    const auto back = sensitivities(system, State<1>{3.0, {std::sin(3.0)}, {std::cos(3.0)}}, 0.0, Dop853{}, options);
+    CHECK(back.outcome == Outcome::not_differentiable);
+    // Beside it the derivatives are those of sin t, until the place is reached.
+    const auto below = sensitivities(system, State<1>{0.0, {0.0}, {0.999}}, 3.0, Dop853{}, options);
+    REQUIRE(below.outcome == Outcome::completed);
+    CHECK(std::abs(below.Phi(0, 1) - std::sin(3.0)) < 100 * rtol);
+    CHECK(std::abs(below.Phi(1, 1) - std::cos(3.0)) < 100 * rtol);
+    CHECK(sensitivities(system, State<1>{0.0, {0.0}, {1.001}}, 3.0, Dop853{}, options).outcome == Outcome::completed);
+  }
+  const auto of_end = functional_gradient(system, State<1>{0.0, {0.0}, {1.0}}, 3.0, end_value([](const auto& q) { return q[0]; }), Dop853{}, fine);
+  CHECK(of_end.outcome == Outcome::not_differentiable);
+}

@@ -188,6 +188,7 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
     if (branches.begin(start.t, both, t_end)) result.run = simulate(form, from, t_end, method, options, with_branches(erased, branches, recorder));
     else result.run = simulate(form, from, t_end, method, options, erased);
     leave_branches_out(result.run.events);
+    if (branches.grazed()) throw EndOfRun(branches.grazed()->failure);
     result.outcome = result.run.outcome;
     result.message = result.run.message;
     const NamedSurface* end = nullptr;

@@ -298,6 +298,7 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
   const FirstOrderState begin{start.t, both};
   result.run = has_branches ? run_with_branches(equations, branches, begin, t_end, method, options, erased)
                             : run_of_columns(equations, begin, t_end, method, options, erased);
+  if (branches.grazed()) undifferentiable = branches.grazed()->failure;
   write_last_state(result, equations, undifferentiable);
   try {
     for (const RecordedEvent& event : result.run.events)

@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,7 +29,16 @@ class BranchGuards {
   BranchGuards(const BranchGuards&) = delete;
   BranchGuards& operator=(const BranchGuards&) = delete;
 
+  // Where the motion has turned back at a guard, and why there is no derivative.
+  struct Grazing {
+    double t;
+    Failure failure;
+  };
+  const std::optional<Grazing>& grazed() const { return grazed_; }
+
  protected:
+  static constexpr double hidden = 10;  // so many times what the tolerances tell apart is no difference
+
   const std::vector<formula::Guard>& guards() const { return branch_->branches.met; }
   formula::Graph& graph() const { return branch_->motion.recording.graph; }
   RunFunctors runner(Eigen::Index column, double s) const {
@@ -100,7 +110,7 @@ class BranchGuards {
   }
   double shortest(double t, double way) const { return std::max(0x1p-44 * way, 16 * std::numeric_limits<double>::epsilon() * std::abs(t)); }
 
-  void take(std::unique_ptr<RecordedBranch> branch) { branch_ = std::move(branch), near_.clear(); }
+  void take(std::unique_ptr<RecordedBranch> branch) { branch_ = std::move(branch), near_.clear(), largest_ = 0.0; }
 
   // Takes the branch into which the motion goes from y: as far ahead as it takes to leave every tie.
   void enter(double t, const Eigen::VectorXd& y) {
@@ -114,6 +124,53 @@ class BranchGuards {
                                         [&](const formula::Guard& g) { return values_[static_cast<std::size_t>(g.node)] == g.level; });
       if (decided || s > 1e-3 * span) break;
     }
+  }
+
+  // The least guard at at_, less as much as tolerances hide of it: zero where the motion comes so close that it may graze. Evaluated there it notes
+  // whether the guard turns back before it has clearly crossed, if the equations behind it are others.
+  double nearness() const {
+    const double g = least();
+    largest_ = std::max(largest_, g);
+    if (grazed_ || g > 1e-4 * largest_) return g;
+    std::size_t k = 0;
+    for (std::size_t i = 1; i < guards().size(); ++i)
+      if (guard(i) < guard(k)) k = i;
+    const std::vector<double> at = at_;
+    const auto time = static_cast<std::size_t>(2 * dof_);
+    Eigen::VectorXd y(size_);
+    for (std::size_t i = 0; i < at.size(); ++i)
+      if (i != time) y[static_cast<Eigen::Index>(i < time ? i : i - 1)] = at[i];
+    const double band = hidden * slope(k, at[time], y).by_y.cwiseAbs().dot(equations_.resolution(y));
+    if (std::abs(g - band) < 0.1 * band && turns_back(k, at[time], y, band)) note_grazing(k, at[time], y, at);
+    at_ = at;
+    return g - band;
+  }
+  // Whether a guard that is so near to zero has its least value there, by its parabola along the motion.
+  bool turns_back(std::size_t k, double t, const Eigen::VectorXd& y, double band) const {
+    const double d = 1e-4 * way(t, y);
+    const Eigen::VectorXd f = equations_.state_rate(t, y), bend = (f - equations_.state_rate(t - d, y - d * f)) / d;
+    const auto on_motion = [&](double later) {
+      number_variables(dof_, t + later, y + later * f + 0.5 * later * later * bend, at_);
+      evaluate();
+      return guard(k);
+    };
+    const double before = on_motion(-d), here = on_motion(0.0), behind = on_motion(d);
+    const double speed = (behind - before) / (2 * d), curvature = (behind - 2 * here + before) / (d * d);
+    return curvature > 0.0 && here - 0.5 * speed * speed / curvature > -band;
+  }
+  void note_grazing(std::size_t k, double t, const Eigen::VectorXd& y, const std::vector<double>& at) const {
+    const auto other = neighbour(*branch_, k, dof_, t, y, runner(-1, 0.0));
+    if (!differ(*branch_, *other, at, 0)) return;
+    try {
+      end_grazing(k, t, y);
+    } catch (EndOfRun& end) {
+      grazed_ = {t, std::move(end.failure)};
+    }
+  }
+  [[noreturn]] void end_grazing(std::size_t k, double t, const Eigen::VectorXd& y) const {
+    end_undifferentiable(guards()[k].what, t,
+                         {"is only touched", where(y), ": the equations behind it are others, and the motion on either side of a grazing differs, so there "
+                          "is no derivative; choose a start or parameters that cross or miss it clearly"});
   }
 
   std::string where(const Eigen::VectorXd& y) const {
@@ -164,6 +221,8 @@ class BranchGuards {
   std::map<std::pair<Eigen::Index, double>, std::unique_ptr<RecordedBranch>> near_{};  // members of a family on this branch
   mutable std::vector<double> at_{}, values_{};
   mutable Eigen::VectorXd sizes_{};
+  mutable double largest_ = 0.0;  // of the least guard
+  mutable std::optional<Grazing> grazed_{};
 };
 
 #ifdef QDOT_COMPILED_ANALYSIS

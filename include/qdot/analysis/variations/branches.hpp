@@ -13,7 +13,7 @@
 //
 // No derivative is handed out, and the run ends as not_differentiable, where
 //     · T or p = ∂T/∂q̇ jump, or V at a place, or a constraint or its slope: that is a blow, which no branch of the equations gives;
-//     · g grazes zero, or both sides lead back to it, so that the motion slides along it;
+//     · g grazes zero, whether it crosses or turns back, or both sides lead back to it, so that the motion slides along it;
 //     · two guards that depend on different things switch in one moment;
 //     · the motion begins on a switch, or rests on one, and a neighbour that begins on the other side has other equations.
 //
@@ -42,8 +42,9 @@ class FunctorBranches : private BranchGuards<Kind> {
   using Base = BranchGuards<Kind>;
   using Slope = typename Base::Slope;
   using Base::along_columns, Base::at_, Base::branch_, Base::direction_, Base::dof_, Base::enter, Base::equations_, Base::evaluate, Base::guard, Base::guards;
+  using Base::hidden;
   using Base::is_same, Base::least, Base::least_at, Base::length_, Base::moved, Base::runner, Base::shortest, Base::size_, Base::sizes_, Base::slope;
-  using Base::take, Base::values_, Base::way, Base::where;
+  using Base::end_grazing, Base::take, Base::values_, Base::way, Base::where;
 
  public:
   using Base::Base;
@@ -72,6 +73,18 @@ class FunctorBranches : private BranchGuards<Kind> {
 
   // The event function: crosses zero where a guard does, with changing signs from branch to branch.
   double operator()(const auto& q, const auto& qdot, const auto& z, const double& t) const {
+    read(q, qdot, z, t);
+    return side_ * least();
+  }
+  // The function of another event, with the zeros of nearness().
+  double near(const auto& q, const auto& qdot, const auto& z, const double& t) const {
+    read(q, qdot, z, t);
+    return this->nearness();
+  }
+  using Base::grazed;
+
+ private:
+  void read(const auto& q, const auto& qdot, const auto& z, const double& t) const {
     at_.resize(static_cast<std::size_t>(size_) + 1);
     const Eigen::Index n = dof_, states = size_ - 2 * dof_;
     for (Eigen::Index i = 0; i < n; ++i) {
@@ -80,10 +93,7 @@ class FunctorBranches : private BranchGuards<Kind> {
     }
     at_[static_cast<std::size_t>(2 * n)] = t;
     for (Eigen::Index i = 0; i < states; ++i) at_[static_cast<std::size_t>(2 * n + 1 + i)] = z[i];
-    return side_ * least();
   }
-
- private:
   // The motion must not begin, or go on, on guard k, where that has a meaning.
   void require_off(std::size_t k, double t, const Eigen::VectorXd& y, const Eigen::VectorXd& both) {
     std::vector<double> at;
@@ -290,12 +300,6 @@ class FunctorBranches : private BranchGuards<Kind> {
                          {"is approached from both sides", where(y), ": the motion slides along it, and neither branch has its equations; use an effect that "
                           "sticks, or a smooth passage"});
   }
-  [[noreturn]] void end_grazing(std::size_t k, double t, const Eigen::VectorXd& y) const {
-    end_undifferentiable(guards()[k].what, t,
-                         {"is only touched", where(y), ": the equations behind it are others, and the motion on either side of a grazing differs, so there "
-                          "is no derivative; choose a start or parameters that cross or miss it clearly"});
-  }
-
   // Whether f differs on the two sides by more than the way between them makes it: that grows with s.
   bool jumps(double t, const Eigen::VectorXd& y, double s, const Eigen::VectorXd& f_before, const Eigen::VectorXd& f_behind) const {
     const double longer = 256 * direction_ * s;
@@ -319,7 +323,6 @@ class FunctorBranches : private BranchGuards<Kind> {
       return guard(k);
     };
     const double curvature = (on_motion(d) + on_motion(-d) - 2 * on_motion(0.0)) / (d * d);
-    constexpr double hidden = 10;
     if (!(speed * speed > 2 * hidden * dark * std::abs(curvature)) || !(std::abs(speed) * span > hidden * dark)) end_grazing(k, t, y);
     if (!(direction_ * speed < 0.0 && direction_ * speed_behind < 0.0) || std::abs(speed_behind) * span <= hidden * dark)
       end_sliding(k, t, y);
@@ -338,6 +341,13 @@ struct GuardOfBranches {
   const FunctorBranches<>* branches;
   double operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const OwnStates& z, const double& t) const { return (*branches)(q, qdot, z, t); }
 };
+// Zero where the motion is so close to a guard that it may graze it.
+struct NearBranches {
+  const FunctorBranches<>* branches;
+  double operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const OwnStates& z, const double& t) const {
+    return branches->near(q, qdot, z, t);
+  }
+};
 struct ChangeOfBranch {
   VariationalEquations* changes;
   void operator()(double t, Eigen::VectorXd& both) const { changes->pass_branch(t, both); }
@@ -346,9 +356,11 @@ inline const char* const name_of_branch_event = "a branch of a functor";
 
 template <class... Events>
 auto with_branches(const EventList<Events...>& list, const FunctorBranches<>& branches, VariationalEquations& changes) {
+  using NearGuards = Event<NearBranches, RecordOnly>;
   using AtGuards = Event<GuardOfBranches, ChangeOfBranch>;
-  return EventList<Events..., AtGuards>{
-      std::tuple_cat(list.list, std::tuple<AtGuards>(AtGuards{name_of_branch_event, GuardOfBranches{&branches}, Direction::either, ChangeOfBranch{&changes}}))};
+  return EventList<Events..., NearGuards, AtGuards>{
+      std::tuple_cat(list.list, std::tuple(NearGuards{name_of_branch_event, NearBranches{&branches}, Direction::either, {}},
+                                           AtGuards{name_of_branch_event, GuardOfBranches{&branches}, Direction::either, ChangeOfBranch{&changes}}))};
 }
 
 // What the run recorded without the switches, which are no events of its caller.

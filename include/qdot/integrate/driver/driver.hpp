@@ -171,7 +171,7 @@ class Driver {
   // Whether no step was taken for the equations jump here, and the system knows the other side.
   [[gnu::cold]] bool leapt() {
     bool found = false;
-    if constexpr (watches) guarded([&] { found = system_.leap(run_.t, run_.y); });
+    if constexpr (watches) guarded([&] { found = system_.leap(run_.t, run_.y); }), watch_.forget_firing();
     if (found && options_.keep_trajectory) run_.trajectory.jump(run_.y);
     if (found) begin_afresh(false);
     return found;

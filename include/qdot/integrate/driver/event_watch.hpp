@@ -83,6 +83,7 @@ class EventWatch {
 
   Firing firing_of_clocks(double elapsed) { return clocks_.firing(events_, elapsed, fired_); }
 
+  void forget_firing() { fired_.assign(fired_.size(), false); }
   // Begins at a state: the start of the run, or the one after a firing that changed it.
   void begin(double t, const Eigen::VectorXd& y, const Eigen::VectorXd& tolerance, bool at_start, std::size_t first = 0) {
     system_.guard_bands(t, y, tolerance, bands_);
