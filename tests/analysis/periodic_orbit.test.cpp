@@ -225,3 +225,23 @@ TEST_CASE("what cannot be a periodic orbit is refused with the remedy") {
   const State<1> nowhere{0.0, {std::numeric_limits<double>::quiet_NaN()}, {0.0}};
   CHECK_THROWS_AS(periodic_orbit_near(pendulum, nowhere, 6.0, hold_energy()), InvalidValue);
 }
+
+// Hénon and Heiles, V = (x² + y²)/2 + x² y − y³/3, which on x = 0 is a cubic oscillator: its period by an elliptic integral.
+TEST_CASE("an orbit whose one coordinate is held closes as well as one whose energy is") {
+  const auto system = mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) {
+    return 0.5 * q.squaredNorm() + q[0] * q[0] * q[1] - q[1] * q[1] * q[1] / 3.0;
+  });
+  constexpr double T = 6.66726723664999357273;
+  const auto on_y = periodic_orbit_near(system, State<2>{0.0, {0.0, 0.4}, {0.0, 0.0}}, 6.5, hold_coordinate(1));
+  INFO(on_y.message);
+  REQUIRE(on_y.found());
+  CHECK_THAT(on_y.period, WithinAbs(T, 10 * error));
+  for (const State<2>& start : {State<2>{0.0, {0.05, 0.4}, {0.0, 0.0}}, State<2>{0.0, {0.3, 0.4}, {0.35, 0.0}}, State<2>{0.0, {-0.1, -0.2}, {0.2, 0.0}}}) {
+    const auto orbit = periodic_orbit_near(system, start, 6.5, hold_coordinate(1));
+    INFO(orbit.message);
+    REQUIRE(orbit.found());
+    CHECK(orbit.residual.cwiseAbs().maxCoeff() < error);
+    CHECK(orbit.x[1] == start.q[1]);
+    CHECK(orbit.x[3] == start.qdot[1]);
+  }
+}

@@ -96,6 +96,7 @@ ClosingEquations closing_equations(const char* who, const Shooting& of, const Ei
     equations.advance.head(N / 2) = options.advance;
   }
   equations.driven = held.what == Held::What::drive;
+  equations.phase_is_free = !equations.driven && held.what != Held::What::coordinate;
   if (!equations.driven) {
     const Eigen::VectorXd f = of.rate(x, p);
     for (const double later : {0.31 * period, 0.77 * period}) {

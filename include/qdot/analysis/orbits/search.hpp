@@ -58,6 +58,7 @@ struct BasicClosingEquations {
   Eigen::VectorXd scale{};           // of X
   std::vector<Eigen::Index> free{};  // entries of X that are sought
   bool driven = false;
+  bool phase_is_free = true;       // along the orbit, so that a step must not follow it
   std::optional<double> energy{};  // that is held
   Eigen::VectorXd advance{};
   Eigen::VectorXd along{}, from{};  // τ in units of scale, and X₀; or empty
@@ -100,7 +101,7 @@ struct BasicClosingEquations {
     point.shot = std::move(shot);
     if (point.shot.outcome != Outcome::completed) return point;
     point.closing = point.shot.x - X.head(N) - advance;
-    const Eigen::Index rows = N + (driven ? 0 : 1) + (energy ? 1 : 0) + (along.size() > 0 ? 1 : 0);
+    const Eigen::Index rows = N + (phase_is_free ? 1 : 0) + (energy ? 1 : 0) + (along.size() > 0 ? 1 : 0);
     point.residual = Eigen::VectorXd::Zero(rows);
     point.slopes = Eigen::MatrixXd::Zero(rows, N + 2);
     const Eigen::VectorXd of_x = scale.head(N);
@@ -109,7 +110,7 @@ struct BasicClosingEquations {
     point.slopes.col(N).head(N) = scale[N] * point.shot.xdot.cwiseQuotient(of_x);
     if (of->has_parameter()) point.slopes.col(N + 1).head(N) = scale[N + 1] * point.shot.by_parameter.cwiseQuotient(of_x);
     Eigen::Index row = N;
-    if (!driven) {
+    if (phase_is_free) {
       const Eigen::VectorXd f = rate(X).cwiseQuotient(of_x);
       point.slopes.row(row++).head(N) = f / (f.norm() > 0.0 ? f.norm() : 1.0);
     }
