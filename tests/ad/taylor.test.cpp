@@ -113,8 +113,8 @@ TEST_CASE("what has no series is refused in words") {
   Recording recording;
   const Recorded x(recording, recording.graph.variable(0));
   CHECK_THROWS_WITH(abs(x),
-                    "a Taylor series needs energies and forces that are one formula everywhere, but T or V uses the function abs of its "
-                    "arguments; use Dop853, which takes them as they are");
+                    "power series, and derivatives by Taylor and Gauss, need energies and forces that are one formula everywhere, but T or V uses the "
+                    "function abs of its arguments; Dop853 takes them as they are");
   CHECK_THROWS_AS(x < 1.0, NotAnalytic);
   CHECK_THROWS_AS(max(x, Recorded(0.0)), NotAnalytic);
   CHECK(Recorded(1.0) < Recorded(2.0));

@@ -239,9 +239,8 @@ class Recorded : public FormulaNumber<Recorded> {
   }
 
   [[noreturn, gnu::cold, gnu::noinline]] static void refuse(const Recording& recording, const char* kind, const char* what) {
-    throw NotAnalytic(detail::sentence({"a Taylor series needs energies and forces that are one formula everywhere, but ",
-                                        recording.source, " uses ", kind, what,
-                                        " of its arguments; use Dop853, which takes them as they are"}),
+    throw NotAnalytic(detail::sentence({"power series, and derivatives by Taylor and Gauss, need energies and forces that are one formula everywhere, but ",
+                                        recording.source, " uses ", kind, what, " of its arguments; Dop853 takes them as they are"}),
                       recording.source);
   }
   static std::string place(const Recording& recording, const char* kind, const char* what) {
