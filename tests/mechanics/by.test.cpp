@@ -118,6 +118,18 @@ TEST_CASE("a run goes the way of its options and says so") {
   CHECK((simulator.y() - fastest.y).norm() <= tolerance);
 }
 
+TEST_CASE("bare calls of a scene go each way, too") {
+  // On the rod at 0.3 rad with 1.5 rad/s: the angle's acceleration is −10 sin 0.3.
+  const double angle = 0.3, rate = 1.5, s = std::sin(angle), c = std::cos(angle);
+  const State<2> state{0.0, {s, -c}, {rate * c, rate * s}};
+  const Vector<double, 2> expected_on_rod{-10.0 * s * c - rate * rate * s, -10.0 * s * s + rate * rate * c};
+  for (const By way : ways) {
+    CHECK((acceleration(on_a_rod(), state, way) - expected_on_rod).norm() <= tolerance);
+    CHECK((acceleration(on_a_rod(), state.q, state.qdot, 0.0, way) - expected_on_rod).norm() <= tolerance);
+    CHECK((acceleration(mechanical_system<2>(Row{}), State<2>{0.0, q, qdot_}, way) - expected).norm() <= tolerance);
+  }
+}
+
 TEST_CASE("Taylor goes by lines or machine code with the same bits, and refuses dual numbers, which have no series") {
   const auto row = mechanical_system<2>(Row{});
   const State<2> start{0.0, q, qdot_};

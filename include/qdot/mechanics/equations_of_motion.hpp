@@ -182,11 +182,11 @@ auto motion_residual(const System<E, n, inertia>& system, const Eigen::MatrixBas
   return detail::lagrange_residual<n>(system.energies(), Vector<S, n>(q), Vector<S, n>(qdot), Vector<S, n>(qddot), t);
 }
 
-/// q̈ by one way (mechanics/by.hpp), with the same errors. Copies the system.
-template <class E, int n, Inertia inertia>
-Vector<double, n> acceleration(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, By way) {
-  if (way == By::fastest) return acceleration(system, q, qdot, t);
-  return acceleration(system.by(way), q, qdot, t);
+/// q̈ of a system or a scene by one way (mechanics/by.hpp), with the same errors. Copies the model.
+template <HasEnergies M>
+Coordinates<M> acceleration(const M& model, const Coordinates<M>& q, const Coordinates<M>& qdot, double t, By way) {
+  if (way == By::fastest) return acceleration(model, q, qdot, t);
+  return acceleration(model.by(way), q, qdot, t);
 }
 
 /// q̈ at a State, of a system or a scene.
@@ -196,10 +196,10 @@ template <HasEnergies M>
 Coordinates<M> acceleration(const M& model, const State<M::dof_at_compile_time>& state) {
   return acceleration(model, state.q, state.qdot, state.t);
 }
-/// q̈ of a system at a State by one way (mechanics/by.hpp).
-template <class E, int n, Inertia inertia>
-Vector<double, n> acceleration(const System<E, n, inertia>& system, const State<n>& state, By way) {
-  return acceleration(system, state.q, state.qdot, state.t, way);
+/// q̈ of a system or a scene at a State by one way (mechanics/by.hpp).
+template <HasEnergies M>
+Coordinates<M> acceleration(const M& model, const State<M::dof_at_compile_time>& state, By way) {
+  return acceleration(model, state.q, state.qdot, state.t, way);
 }
 /// The right-hand side at a State, of a system or a scene.
 template <HasEnergies M>
