@@ -6,6 +6,7 @@
 
 #include "catch2_bridge.hpp"
 #include "qdot/effects/constraints.hpp"
+#include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/effects/scene_motion.hpp"
 #include "qdot/integrate/any_system.hpp"
@@ -148,6 +149,14 @@ TEST_CASE("what cannot be recorded goes by dual numbers, whatever is asked, and 
   const auto run = simulate(mechanical_system<1>(Table{}), State<1>{0.0, {1.0}, {0.0}}, 1.0, Dop853{}, Options{.by = By::lines});
   CHECK(std::abs(run.state().q[0] - std::cos(1.0)) <= tolerance);
   CHECK(run.statistics.evaluated_by == "dual numbers, because T or V asks for a plain value, compares in too many ways, or is too long to be recorded");
+  const auto pushed = scene(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& x) { return 0.5 * x[0] * x[0]; }),
+                            generalized_force([](const auto& x, const auto&, const auto&) {
+                              static_cast<void>(innermost_value(x[0]));
+                              return std::remove_cvref_t<decltype(x)>(0.0 * x);
+                            }));
+  const auto under_force = simulate(pushed, State<1>{0.0, {1.0}, {0.0}}, 1.0, Dop853{});
+  CHECK(std::abs(under_force.state().q[0] - std::cos(1.0)) <= 1e-6);
+  CHECK(under_force.statistics.evaluated_by.ends_with("; effects are called as they are"));
 }
 
 TEST_CASE("a copy that goes another way leaves the system as it was, and keeps what it derives") {

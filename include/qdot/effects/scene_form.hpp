@@ -86,7 +86,8 @@ class SceneForm {
         way = detail::way_of_lines(traced.are_native(), scene_.system().kept_lines()->by(), traced.are_long());
         return true;
       });
-    return way.empty() ? detail::way_taken(scene_.system()) : way;
+    if (!way.empty()) return way;
+    return detail::way_taken(scene_.system()) + (by_lines() ? "; effects are called as they are" : "");
   }
 
   /// Number of coordinates.
