@@ -75,6 +75,20 @@ class SceneForm {
     return use_traced([](Traced&) { return true; });
   }
 
+  /// Holds evaluations on the branch that the functors have at y, beyond its guards as well, until leave_branch() or renew(); false where none is held.
+  bool hold_branch(double t, const double* y) const
+    requires has_rates
+  {
+    double ydot[2 * n + states];
+    return by_lines() && rates_.hold_branch(*scene_.system().kept_lines(), [this] { return recordable(); }, t, y, phases(y), ydot);
+  }
+  /// Holds none any more.
+  void leave_branch() const
+    requires has_rates
+  {
+    rates_.leave_branch();
+  }
+
   /// In words, how the last evaluation went.
   std::string way_taken() const {
     std::string way;

@@ -61,6 +61,12 @@ class AnyStepper {
   bool has_fixed_step() const noexcept { return held_->fixed; }
   /// Whether the last step lies on one branch of functors that branch, by the stepper's own care.
   bool ends_at_branches() const noexcept { return held_->ends_at_branches; }
+  /// Whether evaluations go by the branch that functors had at the last reset, beyond its guards as well, as hold_branches() asks.
+  bool holds_branch() const noexcept { return held_->holds_branch; }
+  /// Asks the stepper for that, where it can.
+  void hold_branches(bool wish) { held_->hold_branches(wish); }
+  /// Lets the next reset hold the branch of another state, right ahead of its own.
+  void hold_next_of(double t, const Eigen::VectorXd& y) { held_->hold_next_of(t, y); }
   /// How many branches of functors the stepper has recorded.
   long recordings() const noexcept { return held_->recordings(); }
   const Statistics& statistics() const noexcept { return *held_->statistics; }
@@ -74,7 +80,7 @@ class AnyStepper {
     Moment moment;
     const double* y = nullptr;
     Eigen::Index size = 0;
-    bool fixed = false, ends_at_branches = false;
+    bool fixed = false, ends_at_branches = false, holds_branch = false;
     const Statistics* statistics = nullptr;
 
     virtual ~Held() = default;
@@ -85,6 +91,8 @@ class AnyStepper {
     virtual const Failure& failure() const = 0;
     virtual int order() const = 0;
     virtual long recordings() const noexcept = 0;
+    virtual void hold_branches(bool wish) = 0;
+    virtual void hold_next_of(double t, const Eigen::VectorXd& y) = 0;
     virtual PolynomialView polynomial() = 0;
   };
 
@@ -122,6 +130,12 @@ class AnyStepper {
       if constexpr (requires { stepper.recordings(); }) return stepper.recordings();
       return 0;
     }
+    void hold_branches([[maybe_unused]] bool wish) override {
+      if constexpr (requires { stepper.hold_branches(wish); }) stepper.hold_branches(wish), look();
+    }
+    void hold_next_of([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& at) override {
+      if constexpr (requires { stepper.hold_next_of(t, at); }) stepper.hold_next_of(t, at);
+    }
     PolynomialView polynomial() override { return stepper.polynomial(); }
 
     void look() {
@@ -132,6 +146,7 @@ class AnyStepper {
       this->size = stepper.y().size();
       this->statistics = &stepper.statistics();
       if constexpr (requires { stepper.ends_at_branches(); }) this->ends_at_branches = stepper.ends_at_branches();
+      if constexpr (requires { stepper.holds_branch(); }) this->holds_branch = stepper.holds_branch();
     }
   };
 

@@ -74,6 +74,25 @@ class ProjectingStepper {
     stepper_.tolerate(atol);
   }
 
+  /// Whether the stepper goes by the branch that functors had at the last reset, beyond its guards as well.
+  bool holds_branch() const noexcept
+    requires requires(const S& s) { s.holds_branch(); }
+  {
+    return stepper_.holds_branch();
+  }
+  /// Asks the stepper for that, or no longer.
+  void hold_branches(bool wish)
+    requires requires(S& s) { s.hold_branches(wish); }
+  {
+    stepper_.hold_branches(wish);
+  }
+  /// Lets the next reset hold the branch of another state.
+  void hold_next_of(double t, const Eigen::VectorXd& y)
+    requires requires(S& s) { s.hold_next_of(t, y); }
+  {
+    stepper_.hold_next_of(t, y);
+  }
+
   const Failure& failure() const noexcept { return failure_; }
   double t() const noexcept { return t_; }
   double t_previous() const noexcept { return t_previous_; }

@@ -111,6 +111,21 @@ class FirstOrderForm {
     return use_traced([](detail::TracedRates&) { return true; });
   }
 
+  /// Holds evaluations on the branch that the functors have at y, beyond its guards as well, until leave_branch() or renew(); false where none is held.
+  bool hold_branch(double t, const double* y) const
+    requires has_rates
+  {
+    double ydot[2 * n];
+    const detail::KeptLines& kept = *system_.kept_lines();
+    return kept.may_be_lines() && rates_.hold_branch(kept, [this] { return recordable(); }, t, y, {}, ydot);
+  }
+  /// Holds none any more.
+  void leave_branch() const
+    requires has_rates
+  {
+    rates_.leave_branch();
+  }
+
   /// In words, how the last evaluation went.
   std::string way_taken() const {
     std::string way;

@@ -151,7 +151,7 @@ bool rates_by_lines(const Sc& scene, const Vector<double, Sc::dof_at_compile_tim
   const AnyRates* const latest = shared.latest(run_any_scene<Sc>, multipliers != nullptr);
   if (latest != nullptr && latest->are_in(phases) && latest->are_of(fingerprint_of_scene(scene, phases.data(), latest->answers()))) {
     const AnyRates::Written written = latest->write(t, y, ydot, multipliers);
-    if (written != AnyRates::Written::elsewhere) return written == AnyRates::Written::yes;
+    if (AnyRates::is_on_branch(written)) return written == AnyRates::Written::yes;
   }
   return shared.write(recordable_scene(scene), t, y, phases, ydot, multipliers);
 }

@@ -16,7 +16,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -27,6 +26,7 @@
 #include "qdot/ad/vector.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/any_stepper.hpp"
+#include "qdot/integrate/driver/branch_course.hpp"
 #include "qdot/integrate/driver/consistent_start.hpp"
 #include "qdot/integrate/driver/ending.hpp"
 #include "qdot/integrate/driver/event_watch.hpp"
@@ -110,6 +110,7 @@ class Driver {
     watchdog_->begin(t0, y0, stepper_.statistics().steps);
     if (const std::optional<Failure> trouble = watchdog_->look_at_values_and_mass(t0, y0)) return end(*trouble);
     if constexpr (watches) watch_.begin(t0, y0, tolerance(y0), true);
+    branches_.begin(*watchdog_, stepper_, t0, y0);
     return true;
   }
 
@@ -142,11 +143,14 @@ class Driver {
       double t = stepper_.t(), limit = landing;
       while (watches_time_ && clock_.is_at(limit = watchdog_->reach(t, stepper_.y(), landing, stepper_.has_fixed_step()), elapsed_) && limit != t) t = limit;
       if (const double shown = watches_time_ ? watchdog_->first_shown(t) : t; shown != stepper_.t() && !restart(landing, shown, false)) return false;
-      const bool again = std::abs(seen_ - t) < std::abs(limit - t) && !clock_.is_at(seen_, elapsed_);
-      if (!stepper_.step(again ? seen_ : limit)) {
+      const double seen = branches_.seen();
+      const bool again = std::abs(seen - t) < std::abs(limit - t) && !clock_.is_at(seen, elapsed_);
+      if (!stepper_.step(again ? seen : limit)) {
         if (!leapt()) return run_.completed() && stuck();
-      } else if (const Passage passed = passage(); passed.trouble) {
+      } else if (const Passage passed = branches_.passage(*watchdog_, stepper_, clock_, elapsed_, reached(), run_.t, run_.y); passed.trouble) {
         if (!ended_by(passed)) return false;
+      } else if (passed.cut) {
+        if (!cut_at_branch(passed, landing)) return false;
       } else if (passed.retake) {
         reset_at(stepper_, clock_.moment(elapsed_), run_.y);
       } else if (!state_is_sound() || !watched(landing) || !kept() || !within_budget(landing)) return false;
@@ -154,18 +158,23 @@ class Driver {
     return true;
   }
 
-  // Whether the step has passed over a stay on another branch, so that it is to be taken again, to seen_; or over what ends the run.
-  Passage passage() {
-    seen_ = std::numeric_limits<double>::quiet_NaN();
-    if (!watchdog_->sees_branches || stepper_.has_fixed_step() || !watchdog_->may_pass_branches(run_.t, run_.y)) return {};
-    Passage passed = watchdog_->passage(clock_, stepper_.polynomial(), elapsed_, reached(), stepper_.ends_at_branches());
-    if (passed.retake && clock_.is_at(seen_ = clock_.t(*passed.retake), elapsed_)) passed.retake.reset();
-    return passed;
-  }
   // Ends the run, unless an event before it, or there, stops it or changes the state.
   bool ended_by(const Passage& passed) {
     if constexpr (watches) if (watch_.looks_at_steps()) return passed_events(passed.until, passed.trouble);
     return guarded([&] { kept_part(passed.until, clock_.t(passed.until)); }) && end(*passed.trouble);
+  }
+  // Ends the step where it leaves its branch, unless an event stops it before or changes the state, and goes on from there on the next branch.
+  bool cut_at_branch(const Passage& passed, double landing) {
+    const auto [restarts, last] = std::pair(restarts_, *passed.cut);
+    bool proceed = true;
+    if (last != elapsed_) {
+      if constexpr (watches) proceed = passed_events(last, {}, true);
+      else proceed = guarded([&] { kept_part(last, clock_.t(last)); }) && observed(false);
+    }
+    if (!proceed || restarts_ != restarts) return proceed;  // an event has begun afresh
+    if (const auto crowding = branches_.crowding(run_.t, elapsed_, clock_.length())) return end(*crowding);
+    if (watchdog_->is_due(std::abs(reached() - elapsed_)) && !looked_at(run_.t, run_.y)) return false;
+    return elapsed_ == clock_.length() || (guarded([&] { branches_.go_on(stepper_, clock_, passed, elapsed_, run_.y); }) && within_budget(landing));
   }
 
   // Whether no step was taken for the equations jump here, and the system knows the other side.
@@ -177,8 +186,7 @@ class Driver {
     return found;
   }
   void begin_afresh(bool at_start) {
-    ++restarts_, take_scale(run_.t, run_.y);
-    reset_at(stepper_, clock_.moment(elapsed_), run_.y);
+    ++restarts_, take_scale(run_.t, run_.y), reset_at(stepper_, clock_.moment(elapsed_), run_.y);
     if constexpr (watches) watch_.begin(run_.t, run_.y, tolerance(run_.y), at_start);
     watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
   }
@@ -214,7 +222,7 @@ class Driver {
   bool kept_whole() { return keep(), observed(elapsed_ == clock_.length()); }
 
   // Takes the events of the step up to `last`, in their order; keeps the step, or what is left of it, or ends the run for trouble.
-  bool passed_events(double last, const std::optional<Failure>& trouble) {
+  bool passed_events(double last, const std::optional<Failure>& trouble, bool cuts = false) {
     bool proceed = true;
     const bool evaluated = guarded([&] {
       watch_.search(clock_, stepper_.polynomial(), elapsed_, last, tolerance(stepper_.y()));
@@ -226,7 +234,8 @@ class Driver {
         watch_.record(*firing, run_.events);
         watch_.pass(*firing, firings >= most_firings);
       }
-      proceed = trouble ? (kept_part(last, clock_.t(last)), end(*trouble)) : kept_whole();
+      if (trouble || cuts) kept_part(last, clock_.t(last));
+      proceed = trouble ? end(*trouble) : cuts ? observed(false) : kept_whole();
     });
     return evaluated && proceed;
   }
@@ -354,10 +363,7 @@ class Driver {
   // Notes how the run ended; false.
   [[gnu::cold, gnu::noinline]] bool end(const Failure& failure) { return end(failure.outcome, failure.message); }
   [[gnu::cold, gnu::noinline]] bool end_explained(const Failure& failure) { return end(failure.outcome, sentence({failure.message, why(failure.outcome)})); }
-  [[gnu::cold, gnu::noinline]] bool end(Outcome outcome, const std::string& message) {
-    run_.outcome = outcome, run_.message = message;
-    return false;
-  }
+  [[gnu::cold, gnu::noinline]] bool end(Outcome outcome, const std::string& message) { return run_.outcome = outcome, run_.message = message, false; }
   [[gnu::cold]] void finish() {
     run_.statistics = stepper_.statistics();
     if (run_.statistics.evaluated_by.empty()) run_.statistics.evaluated_by = system_.way_taken();
@@ -388,7 +394,7 @@ class Driver {
   long restarts_ = 0;
   Clock clock_;           // of this leg
   double elapsed_ = 0.0, t_end_ = 0.0, leg_end_ = 0.0;  // elapsed on it, at run_.t
-  double seen_ = std::numeric_limits<double>::quiet_NaN();
+  BranchCourse branches_;
 };
 
 }  // namespace qdot::detail

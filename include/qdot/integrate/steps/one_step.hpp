@@ -94,6 +94,18 @@ class OneStep {
   /// What is evaluated: a copy of the system.
   const Rates& rates() const noexcept { return *rates_; }
 
+  /// Whether evaluations go by the branch that functors had at the last reset, beyond its guards as well; whoever asks for that looks for the guards along
+  /// each step, and resets where one is met.
+  bool holds_branch() const noexcept { return holds_branch_; }
+  /// Asks for that, from here on and at each reset; or no longer.
+  void hold_branches(bool wish) {
+    holds_branches_ = wish;
+    holds_branch_ = wish && rates_->hold_branch(clock_.shown(clock_.within(elapsed_)), y_.data());
+    if (!wish) rates_->leave_branch();
+  }
+  /// Lets the next reset hold the branch of another state, right ahead of its own, which lies on a guard.
+  void hold_next_of(double t, const Eigen::VectorXd& y) { ahead_t_ = t, ahead_ = y; }
+
   /// Takes other absolute tolerances, before a reset.
   void tolerate(const Eigen::VectorXd& atol) { std::copy_n(atol.data(), size(), atol_.data()); }
 
@@ -178,6 +190,9 @@ class OneStep {
   double elapsed_ = 0.0, elapsed_before_ = 0.0;  // at the end of the last step, and its beginning
   double t_ = 0.0, t_previous_ = 0.0;            // the same for readers
   double direction_ = 0.0;  // of time since begin(); 0 before the first step
+  bool holds_branches_ = false, holds_branch_ = false;
+  double ahead_t_ = 0.0;
+  Eigen::VectorXd ahead_;  // a state whose branch the next reset holds; or empty
   Y y_;
   Statistics statistics_;
   Failure failure_;
@@ -214,6 +229,9 @@ void OneStep<N>::begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>
   clock_.start(at);
   std::copy_n(y.data(), size(), y_.data());
   direction_ = 0.0;
+  if (holds_branches_)
+    holds_branch_ = ahead_.size() > 0 ? rates_->hold_branch(ahead_t_, ahead_.data()) : rates_->hold_branch(clock_.shown(clock_.within(elapsed_)), y_.data());
+  ahead_.resize(0);
 }
 
 template <int N>

@@ -26,6 +26,9 @@ struct Rates {
   virtual void renew() = 0;  // makes anew what is kept of the functors
   virtual bool is_constrained() const = 0;
   virtual ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const = 0;  // nothing where there are no constraints
+  // Holds evaluations on the branch that functors have at y, beyond its guards as well, until renew() or leave_branch(); false where none is held.
+  virtual bool hold_branch(double, const double*) const { return false; }
+  virtual void leave_branch() const {}
 };
 
 /// y put back onto the constraints of a form, if it has some.
@@ -68,6 +71,13 @@ class RatesOf : public Face {
   }
   std::string component_name(Eigen::Index i) const override { return form_.component_name(i); }
   void renew() override { qdot::detail::renew(form_); }
+  bool hold_branch([[maybe_unused]] double t, [[maybe_unused]] const double* y) const override {
+    if constexpr (requires { form_.hold_branch(t, y); }) return form_.hold_branch(t, y);
+    return false;
+  }
+  void leave_branch() const override {
+    if constexpr (requires { form_.leave_branch(); }) form_.leave_branch();
+  }
   bool is_constrained() const override { return has_constraints(form_); }
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const override { return projected_by(form_, t, y); }
 

@@ -45,7 +45,7 @@ class AnyWatch {
   /// Whether steps from (t, y) may pass over a branch of the functors.
   virtual bool may_pass_branches(double t, const Eigen::VectorXd& y) = 0;
   /// What a step has passed (integrate/watch/branch_watch.hpp).
-  virtual Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) = 0;
+  virtual Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, Course course) = 0;
   bool sees_branches = true;  // false: steps need not be asked about
 
   /// Looks at an accepted state; the trouble, if there is some.

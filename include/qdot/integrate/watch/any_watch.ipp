@@ -119,8 +119,8 @@ class Watchdog final : public AnyWatch {
   }
 
   bool may_pass_branches(double t, const Eigen::VectorXd& y) override { return sees_branches = branches_ && branches_->may_pass(t, own(y)); }
-  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) override {
-    return branches_ ? branches_->passage(clock, step, from, to, on_one_branch) : Passage();
+  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, Course course) override {
+    return branches_ ? branches_->passage(clock, step, from, to, course) : Passage();
   }
 
   std::optional<Failure> look(double t, const Eigen::VectorXd& all, long steps, bool controlled) override {

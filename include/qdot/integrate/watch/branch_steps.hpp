@@ -31,11 +31,14 @@ class BranchSteps {
 
   void forget() { here_.reset(); }
   Passage passage(const Clock& clock, const PolynomialView& step, double from, double to);
+  /// Where a step that was held on the branch of its beginning leaves it.
+  Passage held(const Clock& clock, const PolynomialView& step, double from, double to);
   /// What is met where a step begins that lies on one branch.
   Passage beginning(const Clock& clock, const PolynomialView& step, double from, double to);
 
  private:
   static constexpr int places = 16, halvings = 30, finer = 24, most_retaken = 1000;
+  static constexpr double noise = 1e-12;  // of what a guard is along a step
 
   // What the state is at a fraction of the step.
   void move_to(double fraction) {
@@ -63,7 +66,9 @@ class BranchSteps {
 
   bool stays_here();
   [[gnu::cold]] std::optional<Failure> undecided(SidesOfBranch<>& sides, int guard) const;
-  [[gnu::cold]] std::optional<double> grazed();
+  [[gnu::cold]] std::optional<double> grazed(double depth = noise);
+  std::optional<int> first_beyond() const;
+  double touched() const { return std::max(noise, 10.0 * rtol_); }
   void take_sizes();
   [[gnu::cold]] void take_energies(RecordedBranch& branch, const std::vector<double>& at);
   [[gnu::cold]] bool has_rates(const Eigen::VectorXd& y, Eigen::VectorXd& out) const;
@@ -80,7 +85,8 @@ class BranchSteps {
   PolynomialView step_{};
   double from_ = 0.0, to_ = 0.0, t_ = 0.0;  // of the step, and of the place last looked at
   Eigen::VectorXd y_{}, y_all_{}, rates_before_{}, rates_behind_{};
-  std::vector<double> inside_{};  // of each guard, at each place
+  std::vector<double> inside_{};   // of each guard, at each place
+  std::vector<double> extents_{};  // of each guard of the branch that is held
   std::vector<Interval> bounds_{};
 };
 
@@ -114,12 +120,12 @@ std::optional<Failure> BranchSteps<Number>::undecided(SidesOfBranch<>& sides, in
 
 // A place where a guard that holds at both of its neighbours does not: between them it comes near to its level and turns.
 template <class Number>
-std::optional<double> BranchSteps<Number>::grazed() {
-  constexpr double ratio = 0.3819660112501051, noise = 1e-12;  // of the golden section; of what a guard is along the step
+std::optional<double> BranchSteps<Number>::grazed(double depth) {
+  constexpr double ratio = 0.3819660112501051;  // of the golden section
   const std::size_t guards = here_->branch().branches.met.size();
   for (std::size_t k = 0; k < guards; ++k) {
     const auto inside = [&](int place) { return inside_[static_cast<std::size_t>(place) * guards + k]; };
-    double size = 0.0;
+    double size = k < extents_.size() ? extents_[k] : 0.0;
     for (int place = 0; place <= places; ++place) size = std::max(size, std::abs(inside(place)));
     for (int place = 1; place < places; ++place) {
       const double a = inside(place - 1), b = inside(place), c = inside(place + 1), bend = a - 2.0 * b + c;
@@ -129,10 +135,10 @@ std::optional<double> BranchSteps<Number>::grazed() {
         const double left = low + ratio * (high - low), right = high - ratio * (high - low);
         static_cast<void>(left_at(*here_, left));
         const double at_left = here_->inside(k);
-        if (at_left < -noise * size) return left;
+        if (at_left < -depth * size) return left;
         static_cast<void>(left_at(*here_, right));
         const double at_right = here_->inside(k);
-        if (at_right < -noise * size) return right;
+        if (at_right < -depth * size) return right;
         (at_left < at_right ? high : low) = at_left < at_right ? right : left;
       }
     }
@@ -260,6 +266,64 @@ template <class Number>
   }
   ++retaken_;
   return {from + seen * (to - from), {}, 0.0};
+}
+
+// The first place where a guard does not hold by more than rounding makes of it along the step. A motion that turns back on this side of what the
+// tolerances tell only touches the guard, and does not leave its branch.
+template <class Number>
+std::optional<int> BranchSteps<Number>::first_beyond() const {
+  const std::size_t guards = here_->branch().branches.met.size();
+  std::optional<int> first;
+  for (std::size_t i = 0; i < guards; ++i) {
+    const double size = extents_[i];
+    double least = 0.0;
+    for (std::size_t k = 0; k <= places; ++k) least = std::min(least, inside_[k * guards + i]);
+    const double at_ends = std::min(inside_[i], inside_[places * guards + i]);
+    if (at_ends >= -noise * size && least >= -touched() * size) continue;
+    for (int k = 0; k <= places && (!first || k < *first); ++k)
+      if (inside_[static_cast<std::size_t>(k) * guards + i] < -noise * size) first = k;
+  }
+  return first;
+}
+
+template <class Number>
+[[gnu::cold, gnu::noinline]] Passage BranchSteps<Number>::held(const Clock& clock, const PolynomialView& step, double from, double to) {
+  clock_ = clock, step_ = step, from_ = from, to_ = to;
+  const bool is_start = !here_;
+  take_sizes();
+  if (is_start) {
+    here_ = sides_at(0.0), extents_.clear();
+    if (auto unknown = undecided(*here_, -1)) return {{}, unknown, from};
+    if (auto trouble = trouble_at_start()) return {{}, trouble, from};
+  }
+  if (!here_->has_guards()) return {};
+  const std::size_t guards = here_->branch().branches.met.size();
+  extents_.resize(guards, 0.0);
+  static_cast<void>(left_at(*here_, 0.0));
+  for (std::size_t i = 0; i < guards; ++i) extents_[i] = std::max(extents_[i], std::abs(here_->inside(i)));
+  if (stays_here()) return {};
+  inside_.resize((places + 1) * guards);
+  for (int k = 0; k <= places; ++k) {
+    const int left = left_at(*here_, static_cast<double>(k) / places);
+    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown, from + std::max(k - 1.0, 0.0) / places * (to - from)};
+    for (std::size_t i = 0; i < guards; ++i) inside_[static_cast<std::size_t>(k) * guards + i] = here_->inside(i);
+  }
+  for (std::size_t k = 0; k < inside_.size(); ++k) extents_[k % guards] = std::max(extents_[k % guards], std::abs(inside_[k]));
+  const std::optional<int> first = first_beyond();
+  const std::optional<double> beyond = first ? std::optional(static_cast<double>(*first) / places) : grazed(touched());
+  if (!beyond) return {};
+  const double before = std::max(std::ceil(*beyond * places) - 1.0, 0.0) / places;
+  const Edge own = *beyond > 0.0 ? edge(*here_, {before, *beyond}, halvings + finer) : Edge{0.0, 0.0};
+  // A start on the guard, to rounding, is behind it: the branch is that of a place a little ahead.
+  const bool is_on_guard = own.is_left < 1e-9;
+  const double ahead = is_on_guard ? std::max(own.is_left, *beyond > 0.0 ? std::min(1e-6, *beyond) : 1e-6) : own.is_left;
+  auto behind = sides_at(ahead);
+  Passage left{.until = from + own.is_left * (to - from)};
+  if (auto trouble = trouble_between(*here_, *behind, own, is_start && is_on_guard)) return left.trouble = std::move(trouble), left;
+  here_ = std::move(behind), extents_.clear();
+  left.cut = is_on_guard ? from : left.until;
+  if (is_on_guard) left.ahead = from + ahead * (to - from);
+  return left;
 }
 
 template <class Number>

@@ -12,6 +12,9 @@
 //     stages      x           x      x            x        guard, at 16 places      + + + − − + + + + + + + + + + +
 //     the place          [ ]                               ends where               ↑ the fourth is
 //
+// Where a method can hold the branch on which a step begins, by its recorded formulas that go on beyond the guards, no stage feels the other side. Then the
+// step is cut where its polynomial leaves the branch, as by an event, and the method begins afresh behind it: no order is lost at a kink or jump.
+//
 // Where bounds of the polynomial show that no guard is reached, the places are not looked at. A guard that comes near to its level between two places
 // and turns is followed to where it turns. What the motion meets at a boundary, a blow or a place that it cannot leave, ends the run by a name
 // (integrate/watch/branch_crossing.hpp).
@@ -47,13 +50,16 @@ class BranchWatch {
     return compares_;
   }
 
-  /// What is found of a step, which may be known to lie on one branch.
-  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, bool on_one_branch) {
+  /// What is found of a step. Of one that was held on its first branch nothing else would tell: then what goes wrong here ends the run.
+  Passage passage(const Clock& clock, const PolynomialView& step, double from, double to, Course course) {
     try {
       if (!steps_) steps_ = std::make_unique<BranchSteps<>>(form_, rtol_);
-      return on_one_branch ? steps_->beginning(clock, step, from, to) : steps_->passage(clock, step, from, to);
+      if (course == Course::ends_at_branches) return steps_->beginning(clock, step, from, to);
+      return course == Course::held ? steps_->held(clock, step, from, to) : steps_->passage(clock, step, from, to);
     } catch (...) {  // the run itself will say what is wrong
-      return {};
+      Passage none;
+      if (course == Course::held) none.retake = from;
+      return none;
     }
   }
 

@@ -81,7 +81,12 @@ struct Passage {
   std::optional<double> retake{};    // what may have elapsed at most at its end when it is taken again
   std::optional<Failure> trouble{};  // the run cannot go on,
   double until = 0.0;                // when so much has elapsed
+  std::optional<double> cut{};       // the branch is left when so much has elapsed: there the step ends, and the method begins afresh
+  std::optional<double> ahead{};     // the state there lies on a guard, and the branch is that when so much has elapsed
 };
+
+/// How a step goes where functors branch: as they are at each stage; on one branch by the stepper's own care; or on the branch of its beginning.
+enum class Course { free, ends_at_branches, held };
 
 // The system whose T and V stand behind a first-order form; nothing for what is of first order by itself.
 template <class F>

@@ -40,7 +40,9 @@ struct FoundMultipliers {
 /// Lines of a form in some phases, on some branch.
 class AnyRates {
  public:
-  enum class Written { yes, not_good, elsewhere };
+  /// Whether rates were written: beyond is where the functors have another branch, and these rates are still those of this one.
+  enum class Written { yes, not_good, beyond, elsewhere };
+  static constexpr bool is_on_branch(Written written) { return written == Written::yes || written == Written::not_good; }
 
   AnyRates() = default;
   AnyRates(const AnyRates&) = delete;
@@ -172,14 +174,28 @@ class BasicRunRates {
   template <class Form>
   bool write(const KeptLines& kept, const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
     if (!has_begun_) return kept.shared() && rates_of(*kept.shared()).write(form(), t, y, phases, ydot);
+    if (held_ != nullptr && held_->are_in(phases)) {
+      const AnyRates::Written written = held_->write(t, y, ydot);
+      if (written != AnyRates::Written::elsewhere) return written != AnyRates::Written::not_good;
+    }
     const AnyRates* const latest = latest_.load(std::memory_order_acquire);
     if (latest != nullptr && latest->are_in(phases)) {
       const AnyRates::Written written = latest->write(t, y, ydot);
-      if (written != AnyRates::Written::elsewhere) return written == AnyRates::Written::yes;
+      if (AnyRates::is_on_branch(written)) return written == AnyRates::Written::yes;
     }
     AnyRates::Written written;
     return find(kept, form(), t, y, phases, ydot, written) != nullptr && written == AnyRates::Written::yes;
   }
+  /// Holds the branch of a state: from now on write() goes by its lines beyond its guards as well, wherever they have values. False where the functors
+  /// compare nothing there, or have no lines. No other thread may ask meanwhile.
+  template <class Form>
+  bool hold_branch(const KeptLines& kept, const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
+    held_ = nullptr;
+    const AnyRates* const here = at(kept, form, t, y, phases, ydot);
+    if (here != nullptr && here->are_of_branch()) held_ = here;
+    return held_ != nullptr;
+  }
+  void leave_branch() const { held_ = nullptr; }
   /// Looks at the functors: a leg begins. No other thread may ask meanwhile.
   void renew(const RecordableForm& form);
   /// The lines of a run that hold at a state; null where there are none. Where they hold on one branch only they are looked for, by an evaluation
@@ -200,7 +216,7 @@ class BasicRunRates {
 
  private:
   void forget() {
-    latest_ = nullptr;
+    latest_ = held_ = nullptr;
     met_ = std::make_unique<MetBranches<SolvedRates, 16>>();
   }
 
@@ -212,6 +228,7 @@ class BasicRunRates {
   bool has_begun_ = false;
   mutable std::unique_ptr<MetBranches<SolvedRates, 16>> met_ = std::make_unique<MetBranches<SolvedRates, 16>>();
   mutable std::atomic<const AnyRates*> latest_{nullptr};
+  mutable const AnyRates* held_ = nullptr;
   mutable std::atomic<int> misses_{0};
 };
 using RunRates = BasicRunRates<double>;

@@ -89,7 +89,8 @@ class BasicSolvedRates final : public AnyRates {
     });
     x[2 * n] = t;
     for (std::size_t k = 0; k < zdot_.size(); ++k) x[2 * n + 1 + k] = y[2 * n + k];
-    const bool good = solved_.evaluate(x, limits_);
+    (*solved_.lines)(x);
+    const bool is_here = solved_.is_on_branch(x), good = solved_.has_values(x, limits_);
     double rates[2 * n], sum = has_rows_ ? t - t : 0.0;  // a derivative of a row may not hold t though the row does
     const int* const number = solved_.x.data();
     unroll<n>([&](auto i) __attribute__((always_inline)) {
@@ -99,8 +100,8 @@ class BasicSolvedRates final : public AnyRates {
     write_in_pairs<2 * n>(ydot, rates);
     for (std::size_t k = 0; k < zdot_.size(); ++k) sum += ydot[2 * n + k] = x[zdot_[k]];
     if (multipliers) sum += write_multipliers(x, *multipliers);
-    if (good & is_finite(sum)) return Written::yes;
-    return solved_.is_on_branch(x) ? Written::not_good : Written::elsewhere;
+    if (good & is_finite(sum)) return is_here ? Written::yes : Written::beyond;
+    return is_here ? Written::not_good : Written::elsewhere;
   }
   double write_multipliers(const double* x, FoundMultipliers& to) const {
     double sum = 0.0;
@@ -195,7 +196,7 @@ class BasicSharedRates<Number>::Search {
   bool operator()(const SolvedRates& rates) {
     if (!rates.are_in(phases_) || !rates.are_of(rates.answers() ? form_.print(form_.form, phases_.data(), rates.answers()) : unasked())) return false;
     written_ = rates.write(t_, y_, ydot_, multipliers_);
-    return written_ != SolvedRates::Written::elsewhere;
+    return AnyRates::is_on_branch(written_);
   }
   bool has_written() const { return written_ == SolvedRates::Written::yes; }
 
@@ -305,7 +306,7 @@ template <class Number>
   using Written = AnyRates::Written;
   written = Written::elsewhere;
   const auto holds = [&](const SolvedRates& rates) {
-    return rates.are_in(phases) && (written = rates.write(t, y, ydot)) != Written::elsewhere;
+    return rates.are_in(phases) && AnyRates::is_on_branch(written = rates.write(t, y, ydot));
   };
   const auto make = [&]() -> std::shared_ptr<SolvedRates> {
     if (auto shared = rates_of(*kept.shared()).at(form, t, y, phases, ydot)) return shared;

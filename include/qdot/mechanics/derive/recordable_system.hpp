@@ -51,7 +51,7 @@ bool write_acceleration_by_lines(const Sys& system, const Vector<double, n>& q, 
     const AnyRates* const latest = shared.latest(plain_system, false);
     if (latest != nullptr && latest->are_of(fingerprint<n>(system.energies(), n, latest->answers()))) {
       const AnyRates::Written found = latest->write(t, y, ydot);
-      if (found != AnyRates::Written::elsewhere) return found == AnyRates::Written::yes;
+      if (AnyRates::is_on_branch(found)) return found == AnyRates::Written::yes;
     }
     return shared.write(recordable(system), t, y, {}, ydot);
   };

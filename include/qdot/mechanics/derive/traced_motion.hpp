@@ -85,7 +85,12 @@ class TracedLines {
     /// Carries the lines out; false where the functors have no value there, or a pivot is not above its limit.
     [[gnu::always_inline]] bool evaluate(double* numbers, const LimitsOfPivots& limits) const {
       (*lines)(numbers);
-      bool good = is_on_branch(numbers);
+      const bool is_here = is_on_branch(numbers);
+      return has_values(numbers, limits) && is_here;
+    }
+    /// Whether functors have values at the numbers of the last evaluation, on their branch or as it goes on beyond its guards, and pivots are large enough.
+    [[gnu::always_inline]] bool has_values(const double* numbers, const LimitsOfPivots& limits) const {
+      bool good = true;
       for (const auto& [number, requirement] : required) good &= requirement.holds(numbers[number]);
       for (const auto& [pivot, whole] : pivots) good &= numbers[pivot] > limits.singular * numbers[whole];
       for (const auto& [pivot, whole] : row_pivots) good &= numbers[pivot] > limits.dependent * numbers[whole];
