@@ -254,7 +254,7 @@ int accuracy(const AccuracyOptions& options) {
     throw UsageError(std::string("--set: ") + error.what());
   }
   if (model->is_constrained()) project_start(*model, request.start);
-  const SceneStudy found{*scene, request.start, request.t_end, study_of(model, request, limits, options), machine()};
+  const SceneStudy found{*scene, request.start, request.t_end, study_of(model, request, limits, options), machine(), options.quick};
   write_study(found, files, options.json);
   const bool some = std::any_of(found.study.measurements.begin(), found.study.measurements.end(), [](const Measurement& m) { return m.completed(); });
   return some ? 0 : 1;

@@ -18,12 +18,13 @@ struct SceneStudy {
   double t_end = 0;
   AccuracyStudy study;
   std::string machine;  // processor, compiler
+  bool brief = false;   // only what is needed is printed, the cheapest way first
 };
 
 /// The files that `--out PATH` writes: PATH.csv, PATH.html and PATH.svg.
 std::vector<std::string> accuracy_paths(const std::string& path);
 
-/// The table of all measurements and the cheapest way to each accuracy, for people.
+/// The table of all measurements and the cheapest way to each accuracy, for people; if brief, the cheapest way first, and only the measurements that it names.
 std::string accuracy_text(const SceneStudy& of);
 
 /// The same, one JSON object.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -238,25 +239,27 @@ Json cheapest_json(const AccuracyStudy& study) {
   return array;
 }
 
-}  // namespace
-
-std::vector<std::string> accuracy_paths(const std::string& path) { return {path + ".csv", path + ".html", path + ".svg"}; }
-
-std::string accuracy_text(const SceneStudy& of) {
-  const AccuracyStudy& study = of.study;
-  const ReferenceMotion& reference = study.reference;
+/// What errors are measured against.
+std::string reference_text(const SceneStudy& of) {
+  const ReferenceMotion& reference = of.study.reference;
   std::string text = of.scene.name() + " to t = " + rounded_text(of.t_end, 8) + ": errors relative to each component's largest value\n";
   text += "  reference: " + reference.made_by + ", uncertain by " + rounded_text(reference.uncertainty, 2) + "\n";
   if (std::isfinite(reference.gain)) {
     text += "  the motion amplifies errors of its start by " + rounded_text(reference.gain, 2) + ": rounding floor about " +
             rounded_text(reference.rounding_floor(), 2) + "\n";
   }
+  return text;
+}
+
+/// A table of runs, a row each.
+std::string runs_text(const AccuracyStudy& study, const std::vector<const Measurement*>& runs) {
   const bool constrained = std::any_of(study.measurements.begin(), study.measurements.end(),
                                        [](const Measurement& m) { return std::isfinite(m.constraint_residual); });
-  text += "\n  method          set to         largest error  end error  energy error" + std::string(constrained ? "  constraint" : "") +
-          "  evaluations    CPU median   (minimum)  runs\n";
+  std::string text = "  method          set to         largest error  end error  energy error" + std::string(constrained ? "  constraint" : "") +
+                     "  evaluations    CPU median   (minimum)  runs\n";
   std::string before;
-  for (const Measurement& m : study.measurements) {
+  for (const Measurement* run : runs) {
+    const Measurement& m = *run;
     text += "  " + (m.method == before ? std::string(15, ' ') : m.method + std::string(m.method.size() < 15 ? 15 - m.method.size() : 1, ' '));
     before = m.method;
     const std::string setting = setting_text(m);
@@ -270,7 +273,12 @@ std::string accuracy_text(const SceneStudy& of) {
             padded(std::to_string(m.evaluations), 13) + padded(time_text(m.cpu_median), 14) + padded("(" + time_text(m.cpu_minimum) + ")", 12) +
             padded(std::to_string(m.runs), 6) + "\n";
   }
-  text += "\n  largest error   cheapest method   set to         evaluations      CPU time\n";
+  return text;
+}
+
+/// The cheapest way to each accuracy, a table.
+std::string cheapest_text(const AccuracyStudy& study) {
+  std::string text = "  largest error   cheapest method   set to         evaluations      CPU time\n";
   int k = 0;
   for (const Measurement* m : study.cheapest_by_decade()) {
     const std::string setting = setting_text(*m);
@@ -280,10 +288,25 @@ std::string accuracy_text(const SceneStudy& of) {
             std::string(setting.size() < 14 ? 14 - setting.size() : 0, ' ') + padded(std::to_string(m->evaluations), 12) +
             padded(time_text(m->cpu_median), 14) + "\n";
   }
-  text +=
-      "  further than that no method came, or the reference cannot tell; an evaluation of taylor is a whole power series\n  measured on " +
-      of.machine + "\n";
-  return text;
+  return text + "  further than that no method came, or the reference cannot tell; an evaluation of taylor is a whole power series\n";
+}
+
+}  // namespace
+
+std::vector<std::string> accuracy_paths(const std::string& path) { return {path + ".csv", path + ".html", path + ".svg"}; }
+
+std::string accuracy_text(const SceneStudy& of) {
+  const AccuracyStudy& study = of.study;
+  std::vector<const Measurement*> all;
+  for (const Measurement& m : study.measurements) all.push_back(&m);
+  const std::string machine = "  measured on " + of.machine + "\n";
+  if (!of.brief) return reference_text(of) + "\n" + runs_text(study, all) + "\n" + cheapest_text(study) + machine;
+  const std::vector<const Measurement*> needed = study.cheapest_by_decade();
+  const auto is_needed = [&](const Measurement* m) { return std::find(needed.begin(), needed.end(), m) != needed.end(); };
+  std::vector<const Measurement*> shown;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(shown), is_needed);
+  return reference_text(of) + "\n" + cheapest_text(study) + machine + "\n" + runs_text(study, shown) + "  these are " + std::to_string(shown.size()) + " of " +
+         std::to_string(all.size()) + " runs; --out and --json have all of them, and without --quick they are printed\n";
 }
 
 std::string accuracy_json(const SceneStudy& of, const std::vector<std::string>& files) {

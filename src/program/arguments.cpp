@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <filesystem>
 #include <limits>
+#include <numbers>
+#include <string_view>
 #include <system_error>
 
 #include "qdot/report/file.hpp"
@@ -50,6 +52,52 @@ std::string one_line(const std::string& text) {
   return result;
 }
 
+/// What is left to read of a number's text.
+struct Unread {
+  std::string_view text;
+
+  bool take(std::string_view word) {
+    if (!text.starts_with(word)) return false;
+    text.remove_prefix(word.size());
+    return true;
+  }
+
+  /// A decimal number without a sign.
+  std::optional<double> decimal() {
+    if (text.empty() || (text.front() != '.' && std::isdigit(static_cast<unsigned char>(text.front())) == 0)) return {};
+    double value = 0;
+    const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc()) return {};
+    text.remove_prefix(static_cast<std::size_t>(stop - text.data()));
+    return value;
+  }
+
+  /// pi, or a decimal number with nothing, pi or deg behind it.
+  std::optional<double> factor() {
+    if (take("pi")) return std::numbers::pi;
+    const std::optional<double> value = decimal();
+    if (!value) return {};
+    if (take("pi")) return *value * std::numbers::pi;
+    return take("deg") ? *value / 180.0 * std::numbers::pi : *value;  // in this order 90deg is pi/2 to the last bit
+  }
+};
+
+/// What a text denotes, factors with * and / between them; nothing where it is something else.
+std::optional<double> number_in(std::string_view text) {
+  Unread unread{text};
+  const bool negative = unread.take("-");
+  if (!negative) unread.take("+");
+  std::optional<double> value = unread.factor();
+  while (value && !unread.text.empty()) {
+    const bool divided = unread.take("/");
+    if (!divided && !unread.take("*")) return {};
+    const std::optional<double> next = unread.factor();
+    if (!next) return {};
+    *value = divided ? *value / *next : *value * *next;
+  }
+  return value && negative ? -*value : value;
+}
+
 }  // namespace
 
 std::string nearest_name(const std::string& wanted, const std::vector<std::string>& candidates) {
@@ -77,15 +125,10 @@ UsageError unknown_name(const std::string& argument, const std::string& what, co
 }
 
 double finite_number(const std::string& argument, const std::string& text) {
-  const char* begin = text.data();
-  const char* end = begin + text.size();
-  if (begin != end && *begin == '+') ++begin;  // from_chars takes no plus sign
-  double value = 0;
-  const auto [stop, error] = std::from_chars(begin, end, value);
-  if (stop != end || error != std::errc() || begin == end || !std::isfinite(value)) {
-    throw UsageError(argument + ": must be a finite number, given \"" + one_line(text) + "\"");
-  }
-  return value;
+  const std::optional<double> value = number_in(text);
+  if (!value || !std::isfinite(*value))
+    throw UsageError(argument + ": must be a finite number, given \"" + one_line(text) + "\"; type one such as 0.5, 1e-3, pi/2, -3*pi/4 or 90deg");
+  return *value;
 }
 
 double positive_number(const std::string& argument, const std::string& text) {

@@ -4,7 +4,7 @@
 // Arguments as text, and what is wrong with them.
 //
 // Every message is one line: the argument, the rule, what was given, and for an unknown name the nearest one. Numbers are
-// read by std::from_chars, so they mean the same double as in a C++ program, in every locale.
+// read by std::from_chars, and pi is std::numbers::pi, so they mean the same double as in a C++ program, in every locale.
 
 #include <optional>
 #include <string>
@@ -27,7 +27,10 @@ std::string nearest_name(const std::string& wanted, const std::vector<std::strin
 UsageError unknown_name(const std::string& argument, const std::string& what, const std::string& given,
                         const std::vector<std::string>& valid);
 
-/// The number that a text denotes, all of it.
+/// The number that a text denotes, all of it: 0.5, -1e-3, pi/2, 3*pi/4, 0.5pi, 90deg.
+///
+/// Factors stand between * and /, and are multiplied and divided from left to right. Each is a decimal number, pi, or a decimal number with
+/// pi or deg behind it. `deg` makes radians of degrees.
 ///
 /// @throws UsageError  unless it is one finite number
 double finite_number(const std::string& argument, const std::string& text);

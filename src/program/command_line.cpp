@@ -47,7 +47,8 @@ void add_scene_name(CLI::App* command, std::string& name) {
 /// Takes what all commands about one scene take.
 void add_scene(CLI::App* command, SceneOptions& options) {
   add_scene_name(command, options.scene);
-  add_repeatable(command, "--set", options.set, "parameter or initial value (theta or q0, thetadot or qdot0), NAME=VALUE");
+  add_repeatable(command, "--set", options.set,
+                 "parameter or initial value (theta or q0, thetadot or qdot0), NAME=VALUE; numbers are 0.5, 1e-3, pi/2, -3*pi/4, 90deg, here and in all options");
   add_repeatable(command, "--with", options.with, "switch an effect on, EFFECT[=VALUE]");
   add_repeatable(command, "--without", options.without, "switch an effect off");
   add_text(command, "--by", options.by, "how T and V are evaluated: fastest (default), duals, lines, machine_code", "WAY");
@@ -106,14 +107,15 @@ void add_options(CLI::App* command, AccuracyOptions& options) {
   add_repeatable(command, "--method", options.methods, "a method to compare; all that fit without it");
   add_text(command, "--samples", options.samples, "times at which errors are measured (default 32)", "N");
   add_text(command, "--out", options.out, "write PATH.csv, PATH.html and PATH.svg", "PATH");
-  command->add_flag("--quick", options.quick, "fewer tolerances and shorter measurements");
+  command->add_flag("--quick", options.quick,
+                    "fewer tolerances and shorter measurements, and of the runs only those that are the cheapest way to some accuracy");
   command->add_flag("--json", options.json, "one JSON object on stdout");
   command->add_flag("--quiet", options.quiet, "no progress line");
 }
 
 void add_options(CLI::App* command, EffectsOptions& options) {
   add_scene_name(command, options.scene);
-  add_repeatable(command, "--set", options.set, "parameter or state (theta or q0, thetadot or qdot0), NAME=VALUE");
+  add_repeatable(command, "--set", options.set, "parameter or state (theta or q0, thetadot or qdot0), NAME=VALUE; numbers are 0.5, 1e-3, pi/2, -3*pi/4, 90deg");
   command->add_flag("--json", options.json, "one JSON object on stdout");
 }
 
@@ -178,7 +180,8 @@ void add_options(CLI::App* command, OrbitCommandOptions& options) {
   add_scene(command, options);
   add_text(command, "--period", options.period,
            "what the period is: of a drive, or a multiple; or that of one of the orbits where energy is conserved", "T");
-  add_text(command, "--period-guess", options.period_guess, "where to begin (default: when the motion is nearest to its start again)", "T");
+  add_text(command, "--period-guess", options.period_guess,
+           "where to begin (default: when the motion is close to its start again, early rather than late)", "T");
   add_text(command, "--hold", options.hold,
            "which orbit of a family is meant: energy (default, where it is conserved) of the start, energy=E, NAME of a coordinate, or nothing (default elsewhere)", "WHAT");
   add_text(command, "--settle", options.settle, "let the motion go on for so long, and begin there", "T");
@@ -263,7 +266,7 @@ std::vector<Command> added_commands(CLI::App& app, int (*bench)(const BenchOptio
       added_command(app, "conserved", "which momenta and energies a scene conserves, and why", conserved),
       added_command(app, "lyapunov", "how fast motions part that begin close to the start", lyapunov),
       added_command(app, "section", "where motions pass a plane, as points (Poincaré)", section),
-      added_command(app, "orbit", "the periodic orbit near the start, its stability, and its family", orbit),
+      added_command(app, "orbit", "a periodic orbit that the start leads to, its stability, and its family", orbit),
       added_command(app, "sensitivity", "what a motion depends on: derivatives by its start and by parameters", sensitivity),
       added_command(app, "sweep", "many motions of a scene: over a grid of parameters and starts, or a random sample", sweep)};
   if (bench != nullptr) commands.push_back(added_command(app, "bench", "the project's own benchmarks", bench));

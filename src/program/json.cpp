@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "program/orbit_search.hpp"
+#include "program/orbit_turns.hpp"
 #include "program/sensitivity.hpp"
 #include "program/steady_points.hpp"
 
@@ -240,12 +241,19 @@ Json json_of(const Orbit& orbit) {
 
 }  // namespace
 
-std::string orbit_json(const RunnableScene& scene, const std::vector<std::string>& names, const Orbit& orbit) {
+std::string orbit_json(const RunnableScene& scene, const std::vector<std::string>& names, const Orbit& orbit, const std::vector<Turns>& turns,
+                       const Eigen::VectorXd& moved) {
   Json json;
   json["scene"] = scene.name();
   json["parameters"] = parameter_values(scene);
   json["components"] = names;
   json.update(json_of(orbit));
+  json["swings"] = json["rounds"] = Json::array();
+  for (const Turns& each : turns) {
+    json["swings"].push_back(each.swings);
+    json["rounds"].push_back(each.rounds);
+  }
+  json["moved"] = numbers(moved);
   return json.dump(2);
 }
 

@@ -16,6 +16,7 @@ namespace qdot::program {
 struct SteadyPoint;       // steady_points.hpp
 struct PointsOfBranch;    // likewise
 struct FamilyFound;       // orbit_search.hpp
+struct Turns;             // orbit_turns.hpp
 struct SensitivityTable;  // sensitivity.hpp
 
 /// The keys of the command-line contract, and a few more behind them.
@@ -37,8 +38,10 @@ std::string steady_states_json(const RunnableScene& scene, const std::vector<Ste
 /// Branches of equilibria along what is called `name`.
 std::string branches_json(const RunnableScene& scene, const std::string& name, double from, double to, const std::vector<PointsOfBranch>& branches);
 
-/// A periodic orbit, or how far the search for it came; `names` are those of q and q̇.
-std::string orbit_json(const RunnableScene& scene, const std::vector<std::string>& names, const Orbit& orbit);
+/// A periodic orbit, or how far the search for it came; `names` are those of q and q̇, `turns` those of the coordinates, and `moved` says how far the
+/// start is from where the search began. These two are empty where no orbit was found.
+std::string orbit_json(const RunnableScene& scene, const std::vector<std::string>& names, const Orbit& orbit, const std::vector<Turns>& turns,
+                       const Eigen::VectorXd& moved);
 
 std::string family_json(const RunnableScene& scene, const std::vector<std::string>& names, const std::string& along, const FamilyFound& family);
 

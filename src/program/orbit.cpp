@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// qdot orbit SCENE: the periodic orbit near the start, its multipliers and its stability; with --along the family that it belongs to.
+// qdot orbit SCENE: a periodic orbit that the start leads to, its multipliers and its stability; with --along the family that it belongs to.
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -18,6 +18,7 @@
 #include "program/components.hpp"
 #include "program/json.hpp"
 #include "program/orbit_search.hpp"
+#include "program/orbit_turns.hpp"
 #include "qdot/report/csv.hpp"
 #include "qdot/report/file.hpp"
 #include "qdot/report/html.hpp"
@@ -34,14 +35,13 @@ using report::rounded_text;
 using In = OrbitRequest::In;
 using HeldWhat = OrbitRequest::Held;
 
-constexpr int samples = 400;  // of an orbit that is drawn
-
 struct OrbitTask : OrbitRequest {
   explicit OrbitTask(OrbitRequest request) : OrbitRequest(std::move(request)), components(*this) {}
   Components components;
   std::optional<Along> range = {};
   Eigen::Index x = 0, y = 0;  // what is drawn
   std::vector<std::string> paths = {};
+  std::vector<Return> returns = {};
 
   std::string followed() const { return range->name; }
   std::string followed_unit() const { return in == In::energy ? scene->energy_unit() : in == In::period ? scene->time_unit() : models->unit(); }
@@ -50,7 +50,19 @@ struct OrbitTask : OrbitRequest {
 
 using report::with_unit;
 
-void choose_held(OrbitTask& task, const OrbitCommandOptions& options, const FirstReturn& back) {
+/// How an orbit moves, and where it is; empty where none was found.
+struct OrbitMotion {
+  std::vector<Turns> turns = {};
+  Eigen::VectorXd beginning = {}, moved = {};
+};
+
+OrbitMotion motion_of(const OrbitTask& task, const Orbit& orbit) {
+  constexpr int samples = 4000;
+  if (!orbit.found()) return {};
+  return {turns_of(points_of(task, orbit, samples), task.advance), beginning_of(task), moved_by(task, orbit)};
+}
+
+void choose_held(OrbitTask& task, const OrbitCommandOptions& options, const Returns& back) {
   const std::string scene = task.scene->name();
   if (back.driven) {
     if (!options.period)
@@ -102,10 +114,9 @@ OrbitTask task_of(const OrbitCommandOptions& options) {
   if (options.period_guess) period = positive_number("--period-guess", *options.period_guess);
   const auto model = task.models ? (*task.models)(task.from) : task.model;
   if (options.settle) task.start = state_after(task, *model, positive_number("--settle", *options.settle));
-  const FirstReturn back = first_return(task, *model, period);
+  const Returns back = returns_to_start(task, *model, period);
   choose_held(task, options, back);
-  task.period = back.period;
-  task.advance = back.advance;
+  task.returns = back.each;
   if (task.range && task.in != In::parameter) {
     if (back.driven) throw UsageError("--along: must name a parameter where the period is that of a drive, given " + task.followed());
     if (task.range->from && task.in == In::energy) {
@@ -116,7 +127,8 @@ OrbitTask task_of(const OrbitCommandOptions& options) {
     if (task.range->from && task.in == In::period) {
       if (options.hold || options.period) throw UsageError("--along period: must begin with the period that it has, period=:TO, where something else is held");
       task.held = HeldWhat::period;
-      task.period = positive_number("--along period", rounded_text(*task.range->from, 17));
+      task.returns.erase(task.returns.begin(), task.returns.end() - 1);
+      task.returns.back().period = positive_number("--along period", rounded_text(*task.range->from, 17));
     }
   }
   task.y = 1;  // the velocity of a single coordinate, or the second one
@@ -142,14 +154,36 @@ const Multiplier* largest(const Orbit& orbit) {
   return nullptr;
 }
 
-report::Facts facts_of(const OrbitTask& task, const Orbit& orbit) {
+/// "at the start, swings once; sought from 1 m"
+std::string remark_of(const OrbitTask& task, const OrbitMotion& motion, std::size_t i) {
+  constexpr double visible = 1e-3;
+  std::string remark = "at the start";
+  if (i < motion.turns.size()) remark += ", " + turns_text(motion.turns[i]);
+  const auto k = static_cast<Eigen::Index>(i);
+  if (k < motion.moved.size() && motion.moved[k] > visible)
+    remark += "; sought from " + with_unit(rounded_text(motion.beginning[k], 6), task.components.units[i]);
+  return remark;
+}
+
+/// What is said where an orbit is not near the start; else "".
+std::string far_text(const OrbitTask& task, const OrbitMotion& motion) {
+  constexpr double near = 0.1;
+  if (motion.moved.size() == 0) return "";
+  Eigen::Index i = 0;
+  const double most = motion.moved.maxCoeff(&i);
+  if (!(most > near)) return "";
+  return "far from the start that was given, in " + task.components.names[static_cast<std::size_t>(i)] +
+         " most; for another orbit give --period-guess, --hold or another start";
+}
+
+report::Facts facts_of(const OrbitTask& task, const Orbit& orbit, const OrbitMotion& motion) {
   report::Facts facts{.heading = orbit.found() ? std::string(description(orbit.stability)) : std::string(name(orbit.outcome)), .rows = {}};
   facts.rows.push_back({"period", with_unit(number_text(orbit.period), task.scene->time_unit())});
   facts.rows.push_back({"energy", with_unit(number_text(orbit.energy), task.scene->energy_unit()), orbit.conserves_energy ? "conserved" : ""});
   if (task.models) facts.rows.push_back({task.models->name(), with_unit(number_text(orbit.parameter), task.models->unit())});
   for (Eigen::Index i = 0; i < orbit.x.size(); ++i) {
     const auto k = static_cast<std::size_t>(i);
-    facts.rows.push_back({task.components.names[k], with_unit(number_text(orbit.x[i]), task.components.units[k]), "at the start"});
+    facts.rows.push_back({task.components.names[k], with_unit(number_text(orbit.x[i]), task.components.units[k]), remark_of(task, motion, k)});
   }
   for (const Multiplier& m : orbit.multipliers)
     facts.rows.push_back(
@@ -197,8 +231,9 @@ report::Plot circle_of(const Orbit& orbit) {
   return plot;
 }
 
-void write_orbit(const OrbitTask& task, const Orbit& orbit) {
+void write_orbit(const OrbitTask& task, const Orbit& orbit, const OrbitMotion& motion) {
   if (task.paths.empty() || !orbit.found()) return;
+  const int samples = points_for(motion.turns);
   const std::vector<Eigen::VectorXd> points = points_of(task, orbit, samples);
   const Eigen::Index n = task.components.dof;
   report::Table table;
@@ -215,7 +250,7 @@ void write_orbit(const OrbitTask& task, const Orbit& orbit) {
   }
   report::Page page{.title = task.scene->title(), .lead = task.scene->summary()};
   if (!animation.frames.front().empty()) page.animation = std::move(animation);
-  page.tables.push_back(facts_of(task, orbit));
+  page.tables.push_back(facts_of(task, orbit, motion));
   report::Plot picture = plane(task, "Periodic orbit, " + std::string(description(orbit.stability)));
   picture.series.push_back(curve(task, points, ""));
   page.plots = {picture, circle_of(orbit)};
@@ -225,7 +260,8 @@ void write_orbit(const OrbitTask& task, const Orbit& orbit) {
     plot.series.push_back({.label = "", .x = table.columns[0].values, .y = column.values});
     page.plots.push_back(std::move(plot));
   }
-  page.footer = orbit.message;
+  const std::string far = far_text(task, motion);
+  page.footer = orbit.message + (far.empty() ? "" : "; " + far);
   report::write_files({{task.paths[0], report::csv(table)},
                        {task.paths[1], report::html(report::in_symbols(std::move(page)))},
                        {task.paths[2], report::svg(report::in_symbols(picture))}});
@@ -302,6 +338,7 @@ void write_family(const OrbitTask& task, const FamilyFound& family) {
   const std::string period_label = time.empty() ? "T" : "T [" + time + "]", energy_label = report::with_unit_symbol("h", task.scene->energy_unit());
   std::vector<report::Series> curves;
   std::vector<double> extents;
+  const int samples = points_for(motion_of(task, family.orbits.front().orbit).turns);
   for (const OrbitOfFamily& each : family.orbits) {
     curves.push_back(curve(task, points_of(task, each.orbit, samples), task.followed() + " = " + rounded_text(each.value, 4)));
     const auto [least, most] = std::minmax_element(curves.back().x.begin(), curves.back().x.end());
@@ -329,12 +366,13 @@ void write_family(const OrbitTask& task, const FamilyFound& family) {
   report::write_files({{task.paths[0], report::csv(table)}, {task.paths[1], report::html(page)}, {task.paths[2], picture}});
 }
 
-void print_orbit(const OrbitTask& task, const Orbit& orbit) {
+void print_orbit(const OrbitTask& task, const Orbit& orbit, const OrbitMotion& motion) {
   std::printf("%s: %s%s\n", task.scene->name().c_str(), orbit.found() ? "periodic orbit, " : "no periodic orbit, ",
               orbit.found() ? std::string(description(orbit.stability)).c_str() : std::string(name(orbit.outcome)).c_str());
-  for (const report::Fact& fact : facts_of(task, orbit).rows)
+  for (const report::Fact& fact : facts_of(task, orbit, motion).rows)
     std::printf("  %-14s %-*s%s\n", fact.name.c_str(), fact.remark.empty() ? 0 : 26, fact.value.c_str(),
                 fact.remark.empty() ? "" : (" " + fact.remark).c_str());
+  if (const std::string far = far_text(task, motion); !far.empty()) std::printf("  %s\n", far.c_str());
   std::printf("  %s\n", orbit.message.c_str());
 }
 
@@ -356,12 +394,13 @@ void print_family(const OrbitTask& task, const FamilyFound& family) {
 }  // namespace
 
 int orbit(const OrbitCommandOptions& options) {
-  const OrbitTask task = task_of(options);
-  const Orbit first = orbit_near(task);
+  OrbitTask task = task_of(options);
+  const Orbit first = orbit_near(task, task.returns);
   if (!task.range || !first.found()) {
-    write_orbit(task, first);
-    if (options.json) std::printf("%s\n", orbit_json(*task.scene, task.components.names, first).c_str());
-    else print_orbit(task, first);
+    const OrbitMotion motion = motion_of(task, first);
+    write_orbit(task, first, motion);
+    if (options.json) std::printf("%s\n", orbit_json(*task.scene, task.components.names, first, motion.turns, motion.moved).c_str());
+    else print_orbit(task, first, motion);
     return first.found() ? 0 : 1;
   }
   const FamilyFound family = family_from(task, first);

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <numbers>
+#include <utility>
 
 #include "program/varied_motion.hpp"
 #include "qdot/analysis/orbit_family.hpp"
@@ -35,7 +37,9 @@ Eigen::VectorXd x_of(const State<Dynamic>& state) {
 // What the search for orbits asks of a scene.
 class ModelShooting final : public qdot::detail::Shooting {
  public:
-  explicit ModelShooting(const OrbitRequest& request) : request_(request), dof_(request.model->dof()) {}
+  /// Shots that take more steps have failed.
+  explicit ModelShooting(const OrbitRequest& request, long max_steps = Options{}.max_steps)
+      : request_(request), dof_(request.model->dof()), max_steps_(max_steps) {}
 
   Eigen::Index size() const override { return 2 * dof_; }
   double time() const override { return request_.start.t; }
@@ -46,6 +50,7 @@ class ModelShooting final : public qdot::detail::Shooting {
   Shot shot(const Eigen::VectorXd& x, double period, double p, double coarser) const override {
     constexpr int samples = 24;
     Options options = precise();
+    options.max_steps = max_steps_;
     options.rtol *= coarser;
     options.atol = AbsoluteTolerance::at_most(1e-14 * coarser);
     for (int k = 0; k <= samples; ++k) options.output_times.push_back(k == samples ? time() + period : time() + period * k / samples);
@@ -96,6 +101,7 @@ class ModelShooting final : public qdot::detail::Shooting {
 
   const OrbitRequest& request_;
   Eigen::Index dof_;
+  long max_steps_;
   mutable std::shared_ptr<const Model> last_;
   mutable double at_ = 0.0;
 };
@@ -187,49 +193,127 @@ struct FromStart {
   }
 };
 
-/// The sample that is nearest to the start again, or the first that is near, once the motion has left the start; else the last one.
-std::size_t nearest_return(const std::vector<double>& away) {
-  constexpr double near = 0.05;
-  std::size_t best = away.size() - 1;
+/// The samples at which a motion that has left its start is nearer to it than at any before, up to the first that is near; else the last sample.
+std::vector<std::size_t> returns_in(const std::vector<double>& away) {
+  constexpr double near = 0.05, far = 0.5;
+  constexpr std::size_t most = 6;
+  std::vector<std::size_t> returns;
   bool left = false;
   double least = 2.0;
-  for (std::size_t k = 1; k + 1 < away.size(); ++k) {
-    left = left || away[k] > 0.5;
+  for (std::size_t k = 1; k + 1 < away.size() && least >= near; ++k) {
+    left = left || away[k] > far;
     if (!left || away[k] > away[k - 1] || away[k] > away[k + 1] || away[k] >= least) continue;
+    if (least > far) returns.clear();
     least = away[k];
-    best = k;
-    if (least < near) break;
+    returns.push_back(k);
   }
-  return best;
+  if (returns.empty()) return {away.size() - 1};
+  if (returns.size() > most) returns.erase(returns.begin() + most - 1, returns.end() - 1);
+  return returns;
+}
+
+Return return_at(const FromStart& from_start, const Eigen::VectorXd& y, double period) {
+  Return back{period, Eigen::VectorXd::Zero(from_start.n)};
+  for (Eigen::Index i = 0; i < from_start.n; ++i) back.advance[i] = from_start.turns(y, i);
+  return back;
+}
+
+/// The same orbit with the shortest part of its period that closes it, and with what its angles advance in that.
+Orbit shortest_round(OrbitRequest& request, Orbit orbit) {
+  constexpr int samples = 4000;
+  constexpr double near = 0.1, same = 1e-6;
+  if (request.held == OrbitRequest::Held::drive || request.held == OrbitRequest::Held::period) return orbit;
+  const std::vector<Eigen::VectorXd> points = points_of(request, orbit, samples);
+  const FromStart from_start{orbit.x, request.scene->coordinates(), request.model->dof()};
+  const std::vector<double> away = from_start.away(points);
+  bool left = false;
+  for (std::size_t j = 1; 2 * j <= away.size(); ++j) {
+    left = left || away[j] > 0.5;
+    if (!left || away[j] > near || away[j] > away[j - 1] || away[j] > away[j + 1]) continue;
+    const double parts = std::round(samples / static_cast<double>(j));
+    if (std::abs(samples / parts - static_cast<double>(j)) > 1.0) continue;
+    const Return part = return_at(from_start, points[j], orbit.period / parts);
+    Orbit shorter = orbit;
+    shorter.period = part.period;
+    std::vector<Eigen::VectorXd> with_end = points;  // which say how far entries extend
+    with_end.push_back(points_of(request, shorter, 1).back());
+    if (from_start.away(with_end).back() > same) continue;
+    Orbit found = qdot::detail::orbit_near(ModelShooting(request), guess_of(request, orbit.x, part.period), held_of(request), {.advance = part.advance});
+    if (!found.found() || std::abs(found.period - part.period) > same * part.period) continue;
+    request.period = found.period;
+    request.advance = part.advance;
+    return found;
+  }
+  return orbit;
 }
 
 }  // namespace
 
-FirstReturn first_return(const ChosenScene& chosen, const Model& model, std::optional<double> period) {
+Returns returns_to_start(const ChosenScene& chosen, const Model& model, std::optional<double> period) {
   constexpr int samples = 4000;
   constexpr double usual_windows = 4.0;
   const State<Dynamic>& start = chosen.start;
   const Eigen::Index n = model.dof();
   const double usual = std::abs(chosen.scene->t_end() - start.t), window = period ? *period : usual_windows * usual;
   const std::shared_ptr<const Model> borrowed(std::shared_ptr<const Model>(), &model);
-  FirstReturn found{.period = window, .advance = Eigen::VectorXd::Zero(n)};
+  Returns found;
   const Eigen::VectorXd y0 = settled(model, start.t, model.packed(start));
   found.driven = is_driven(model, start.t, y0, window);
 
   Options options{.rtol = 1e-9, .atol = AbsoluteTolerance::at_most(1e-9)};
   const VariedMotion motion = plain_motion(borrowed, start.t, x_of(start), window, samples, options);
-  if (motion.samples.size() < 3) return found;
+  if (motion.samples.size() < 3) {
+    found.each = {{window, Eigen::VectorXd::Zero(n)}};
+    return found;
+  }
   found.conserves_energy = keeps_energy(model, motion, model.energies(start.t, y0).jacobi);
   const FromStart from_start{y0, chosen.scene->coordinates(), n};
-  const std::size_t best = period ? motion.samples.size() - 1 : nearest_return(from_start.away(motion.samples));
-  found.period = std::abs(motion.times[best] - start.t);
-  for (Eigen::Index i = 0; i < n; ++i) found.advance[i] = from_start.turns(motion.samples[best], i);
+  const std::vector<std::size_t> last = {motion.samples.size() - 1};
+  for (const std::size_t k : period ? last : returns_in(from_start.away(motion.samples)))
+    found.each.push_back(return_at(from_start, motion.samples[k], std::abs(motion.times[k] - start.t)));
   return found;
 }
 
-Orbit orbit_near(const OrbitRequest& request) {
-  const ModelShooting shooting(request);
-  return qdot::detail::orbit_near(shooting, guess_of(request, x_of(request.start), request.period), held_of(request), {.advance = request.advance});
+Orbit orbit_near(OrbitRequest& request, const std::vector<Return>& returns) {
+  constexpr double near = 0.1, much = 0.5;  // in parts of what components extend over
+  constexpr long few_steps = 20'000;        // of a shot, where a later return can be taken instead
+  Orbit best;
+  Return taken;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Return& back : returns) {
+    const bool is_last = &back == &returns.back();
+    const ModelShooting shooting(request, is_last ? Options{}.max_steps : few_steps);
+    Orbit orbit = qdot::detail::orbit_near(shooting, guess_of(request, x_of(request.start), back.period), held_of(request), {.advance = back.advance});
+    const double moved = orbit.found() ? moved_by(request, orbit).maxCoeff() : std::numeric_limits<double>::infinity();
+    if (moved < much * least || (is_last && !best.found())) {
+      best = std::move(orbit);
+      taken = back;
+      least = moved;
+    }
+    if (least <= near) break;
+  }
+  request.period = taken.period;
+  request.advance = taken.advance;
+  return best.found() ? shortest_round(request, std::move(best)) : best;
+}
+
+Eigen::VectorXd beginning_of(const OrbitRequest& request) {
+  return ModelShooting(request).settled(x_of(request.start), request.models ? request.from : 0.0);
+}
+
+Eigen::VectorXd moved_by(const OrbitRequest& request, const Orbit& orbit) {
+  constexpr double visible = 1e-6;
+  const Eigen::Index n = request.model->dof();
+  const FromStart from_start{beginning_of(request), request.scene->coordinates(), n};
+  Eigen::VectorXd moved = Eigen::VectorXd::Zero(2 * n);
+  for (Eigen::Index i = 0; i < 2 * n; ++i) {
+    const std::vector<std::string>& open = orbit.undetermined;
+    if (std::find(open.begin(), open.end(), request.model->component_name(i)) != open.end()) continue;
+    const double size = std::max(std::abs(orbit.x[i]), std::abs(from_start.start[i]));
+    const double extent = i < orbit.extent.size() && orbit.extent[i] > visible * size ? orbit.extent[i] : size;
+    if (extent > 0.0) moved[i] = from_start.distance(orbit.x, i) / extent;
+  }
+  return moved;
 }
 
 FamilyFound family_from(const OrbitRequest& request, const Orbit& orbit) {

@@ -30,11 +30,16 @@ struct OrbitRequest : ChosenScene {
   double from = 0.0, to = 0.0;
 };
 
-/// What the motion from the start tells of an orbit near it.
-struct FirstReturn {
-  bool driven = false, conserves_energy = false;
-  double period = 0.0;      // when it is nearest to its start again
+/// A time after which the motion is close to its start again.
+struct Return {
+  double period = 0.0;
   Eigen::VectorXd advance;  // of the coordinates then, in whole turns of angles
+};
+
+/// What the motion from the start tells of orbits near it.
+struct Returns {
+  bool driven = false, conserves_energy = false;
+  std::vector<Return> each;  // one at least; each is nearer than those before it
 };
 
 struct OrbitOfFamily {
@@ -51,9 +56,18 @@ struct FamilyFound {
 /// How the motion comes back; over a given period, or as soon as it does.
 ///
 /// @throws Error  where there is no motion to look at
-FirstReturn first_return(const ChosenScene& chosen, const Model& model, std::optional<double> period);
+Returns returns_to_start(const ChosenScene& chosen, const Model& model, std::optional<double> period);
 
-Orbit orbit_near(const OrbitRequest& request);
+/// The orbit that an early return leads to, unless a later return leads to one that is much nearer to the start. The request takes over its
+/// period and its advance. A period that is not held is the shortest: no part of it closes the motion.
+Orbit orbit_near(OrbitRequest& request, const std::vector<Return>& returns);
+
+/// Where the search began, [q; q̇] on the constraints.
+Eigen::VectorXd beginning_of(const OrbitRequest& request);
+
+/// How far each entry of an orbit's start is from there, whole turns of angles aside, in parts of its extent on the orbit. What the orbit leaves
+/// open counts as zero.
+Eigen::VectorXd moved_by(const OrbitRequest& request, const Orbit& orbit);
 
 /// From an orbit that was found.
 FamilyFound family_from(const OrbitRequest& request, const Orbit& orbit);

@@ -2,6 +2,8 @@
 //
 // What accuracy costs, on the command line.
 #include <algorithm>
+#include <cstddef>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -83,6 +85,31 @@ TEST_CASE("a study is written as a table, a page and a picture") {
   CHECK(page.find("nan") == std::string::npos);
   CHECK(page.find("http") == page.find("http://www.w3.org/2000/svg"));
   CHECK(content(directory.file("price.svg")).starts_with("<svg "));
+}
+
+TEST_CASE("a quick study prints the cheapest way first, then the runs that it names, and no more lines than a terminal has") {
+  const auto quick = qdot("accuracy pendulum --quick --t-end 1");
+  REQUIRE(quick.status == 0);
+  const std::size_t way = quick.out.find("  largest error   cheapest method"), runs = quick.out.find("\n  method          set to");
+  REQUIRE(way != std::string::npos);
+  REQUIRE(runs != std::string::npos);
+  CHECK(way < runs);
+  CHECK(std::count(quick.out.begin(), quick.out.end(), '\n') <= 40);
+  const std::size_t said = quick.out.find("  these are ");
+  REQUIRE(said != std::string::npos);
+  int shown = 0, all = 0;
+  REQUIRE(std::sscanf(quick.out.c_str() + said, "  these are %d of %d runs", &shown, &all) == 2);
+  CHECK(std::count(quick.out.begin() + static_cast<long>(runs) + 1, quick.out.begin() + static_cast<long>(said), '\n') == shown + 1);
+  CHECK(shown < all);
+  const Directory directory;
+  const auto full = qdot("accuracy pendulum --samples 2 --t-end 0.1 --method dop853 --out " + directory.file("full"));
+  REQUIRE(full.status == 0);
+  CHECK(full.out.find("\n  method          set to") < full.out.find("  largest error   cheapest method"));
+  const std::string csv = content(directory.file("full.csv"));
+  const auto rows = std::count(csv.begin(), csv.end(), '\n') - 1;
+  const auto place = [&](const char* text) { return full.out.begin() + static_cast<long>(full.out.find(text)); };
+  const auto printed = std::count(place("\n  method ") + 1, place("\n  largest error "), '\n');
+  CHECK(printed == rows + 1);
 }
 
 TEST_CASE("a study refuses what it cannot do in one line") {

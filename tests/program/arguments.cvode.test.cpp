@@ -4,7 +4,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
+#include <numbers>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "catch2_bridge.hpp"
 #include "command.hpp"
@@ -35,14 +39,15 @@ TEST_CASE("a bad argument gets one line that says what is wrong") {
       {"run pendulum --set xy=1", "qdot run: --set: must be a parameter or initial value of pendulum, given \"xy\"; there are (m, l, g, theta, q0, "},
       {"run pendulum --set l=0", "qdot run: --set: l (length of the rod) must be positive, given 0\n"},
       {"run pendulum --set m=-1", "qdot run: --set: m (mass of the bob) must be positive, given -1\n"},
-      {"run pendulum --set l=nan", "qdot run: --set l: must be a finite number, given \"nan\"\n"},
-      {"run pendulum --set q0=1x", "qdot run: --set q0: must be a finite number, given \"1x\"\n"},
+      {"run pendulum --set l=nan", "qdot run: --set l: must be a finite number, given \"nan\"; type one such as 0.5, 1e-3, pi/2, -3*pi/4 or 90deg\n"},
+      {"run pendulum --set q0=1x", "qdot run: --set q0: must be a finite number, given \"1x\"; type one such as 0.5, 1e-3, pi/2, -3*pi/4 or 90deg\n"},
+      {"run pendulum --set q0=pi/0", "qdot run: --set q0: must be a finite number, given \"pi/0\"; type one such as "},
       {"run pendulum --set l", "qdot run: --set: must have the form NAME=VALUE, given \"l\"\n"},
       {"run chain --set n=2.5",
        "qdot run: --set: n (number of links) must be a whole number from 1 to 500, given 2.5\n"},
       {"run pendulum --t-end 0", "qdot run: --t-end: must be after the start, t = 0, given 0\n"},
       {"run pendulum --t-end -1", "qdot run: --t-end: must be after the start, t = 0, given -1\n"},
-      {"run pendulum --t-end nan", "qdot run: --t-end: must be a finite number, given \"nan\"\n"},
+      {"run pendulum --t-end nan", "qdot run: --t-end: must be a finite number, given \"nan\"; type one such as 0.5, 1e-3, pi/2, -3*pi/4 or 90deg\n"},
       {"run pendulum --t-end", "qdot run: --t-end: must be followed by one value, given none\n"},
       {"run pendulum --rtol 0", "qdot run: --rtol: must be positive, given 0\n"},
       {"run pendulum --atol -1e-3", "qdot run: --atol: must be positive, given -1e-3\n"},
@@ -83,6 +88,41 @@ TEST_CASE("a bad argument gets one line that says what is wrong") {
   CHECK(ended.out.empty());
   CHECK(ended.err.substr(0, std::string(refusal.message).size()) == refusal.message);
   CHECK(std::count(ended.err.begin(), ended.err.end(), '\n') == 1);
+}
+
+TEST_CASE("a number may have factors, pi and degrees, and is the double of the same expression in C++") {
+  constexpr double pi = std::numbers::pi;
+  const std::vector<std::pair<std::string, double>> meant = {
+      {"pi/2", pi / 2.0}, {"-pi/4", -pi / 4.0}, {"+pi", pi}, {"2*pi/3", 2.0 * pi / 3.0}, {"0.5*pi", 0.5 * pi}, {".5pi", 0.5 * pi}, {"90deg", pi / 2.0},
+      {"-60deg", -60.0 / 180.0 * pi}, {"1/3", 1.0 / 3.0}, {"1e-3", 1e-3}, {"1/2*3", 0.5 * 3.0}, {"1e1deg/2", 10.0 / 180.0 * pi / 2.0}};
+  for (const auto& [text, value] : meant) {
+    INFO(text);
+    const auto ended = qdot("run pendulum --t-end pi/100 --json --set q0=" + text);
+    REQUIRE(ended.status == 0);
+    const auto run = nlohmann::json::parse(ended.out);
+    CHECK(run["q_initial"][0].get<double>() == value);
+    CHECK(run["t"].get<double>() == pi / 100.0);
+  }
+  for (const std::string text : {"", "-", "--1", "+-1", "pi2", "pipi", "2**pi", "2*", "/2", "*pi", "2*-pi", "90 deg", "deg", "pideg", "90degdeg", "90d", "Pi",
+                                 "pi/0", "1e", "1e999", "0x10", "inf"}) {
+    INFO(text);
+    const auto ended = qdot("run pendulum --t-end 1 --set 'q0=" + text + "'");
+    CHECK(ended.status == 2);
+    CHECK(ended.err == "qdot run: --set q0: must be a finite number, given \"" + text + "\"; type one such as 0.5, 1e-3, pi/2, -3*pi/4 or 90deg\n");
+  }
+}
+
+TEST_CASE("numbers with pi stand in ranges, conditions and lists as well") {
+  const auto rows = [](const std::string& over, const std::string& angle) {
+    const auto ended = qdot("sweep pendulum --over q0=" + over + " --record 't(|theta|=" + angle + ")' --t-end 2 --json --quiet");
+    INFO(over << " " << angle << ": " << ended.err);
+    REQUIRE(ended.status == 0);
+    return nlohmann::json::parse(ended.out)["rows"];
+  };
+  const auto plain = rows("-1.5707963267948966,0,1.5707963267948966", "0.7853981633974483");
+  CHECK(plain[0][1].is_number());
+  CHECK(rows("-pi/2:pi/2:3", "pi/4") == plain);
+  CHECK(rows("-90deg,0,pi/2", "45deg") == plain);
 }
 
 TEST_CASE("an output that cannot be written is refused before the run and leaves nothing") {

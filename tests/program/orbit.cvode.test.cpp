@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // qdot orbit, where periods, multipliers and special points are known, and what it refuses.
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <nlohmann/json.hpp>
@@ -126,6 +127,52 @@ TEST_CASE("the option --out of orbit writes one period, and stdout says what was
   CHECK(content(out + ".csv").starts_with("t [s],theta [rad],thetadot [rad/s]\n0,1.3,"));
   CHECK(content(out + ".html").find("unit circle") != std::string::npos);
   CHECK(content(out + ".svg").find("Periodic orbit, stable to first order") != std::string::npos);
+}
+
+TEST_CASE("two coupled masses that begin between their modes swing in one of them, once in its period, and it is said that this is far from the start") {
+  const double together = std::numbers::pi;
+  const json found = answer("coupled_oscillators");
+  CHECK(number(found["period"]) < together + closed);  // that of the other mode, or of this one
+  CHECK(found["swings"] == json({1, 1}));
+  CHECK(found["rounds"] == json({0, 0}));
+  CHECK_THAT(number(found["moved"][1]), WithinAbs(0.5, 1e-2));  // from 0 to the end of its swing
+  const auto said = qdot("orbit coupled_oscillators");
+  CHECK(said.out.find("at the start, swings once; sought from 0 m\n") != std::string::npos);
+  CHECK(said.out.find("  far from the start that was given, in ") != std::string::npos);
+  const json in_mode = answer("coupled_oscillators --set q0=1 --set q1=1");
+  CHECK_THAT(number(in_mode["period"]), WithinAbs(together, closed));
+  CHECK(qdot("orbit coupled_oscillators --set q0=1 --set q1=1").out.find("far from") == std::string::npos);
+}
+
+TEST_CASE("the period of an orbit is the shortest, whatever was guessed, and remains what --period gives") {
+  CHECK_THAT(number(answer("coupled_oscillators --set q0=1 --set q1=1 --period-guess 21*pi")["period"]), WithinAbs(std::numbers::pi, closed));
+  CHECK_THAT(number(answer("harmonic_oscillator --period-guess 4*pi")["period"]), WithinAbs(std::numbers::pi, closed));
+  const json held = answer("harmonic_oscillator --period 4*pi");
+  CHECK(number(held["period"]) == 4.0 * std::numbers::pi);
+  CHECK(held["swings"] == json({4}));
+  const json once = answer("pendulum --set g=1 --set q0=0 --set qdot0=6"), twice = answer("pendulum --set g=1 --set q0=0 --set qdot0=6 --period-guess 2.13");
+  CHECK(once["rounds"] == json({1}));
+  CHECK(twice["rounds"] == json({1}));
+  CHECK_THAT(number(twice["period"]), WithinAbs(number(once["period"]), 10.0 * closed));
+}
+
+TEST_CASE("the double pendulum and the star of Hénon and Heiles have orbits, to which an early return leads") {
+  for (const std::string scene : {"double_pendulum", "henon_heiles"}) {
+    const json orbit = answer(scene);
+    CHECK(orbit["outcome"] == "found");
+    CHECK(orbit["stability"] == "unstable");
+  }
+}
+
+TEST_CASE("each swing of an orbit has 64 points in what --out writes") {
+  const program_test::Directory directory;
+  const std::string out = directory.file("x");
+  const json orbit = answer("elastic_pendulum --out " + out);
+  int most = 0;
+  for (const json& swings : orbit["swings"]) most = std::max(most, swings.get<int>());
+  REQUIRE(most > 6);
+  const std::string csv = content(out + ".csv");
+  CHECK(std::count(csv.begin(), csv.end(), '\n') == 1 + 64 * most + 1);
 }
 
 TEST_CASE("a family that shrinks into an equilibrium has one branch point, where the bead rests with the energy of the family") {

@@ -122,8 +122,9 @@ TEST_CASE("a sweep that means nothing is refused by argument, rule and value") {
             .find("--over: must be a parameter or initial value of pendulum, given \"length\"; the nearest is \"l\"") != std::string::npos);
   CHECK(err("pendulum --over l=1:2") == "qdot sweep: --over: must be NAME=FROM:TO:COUNT, with :log behind it or not, or NAME=A,B,C, given l=1:2\n");
   CHECK(err("pendulum --over l=-1:2:5:log").find("must go between positive numbers with :log") != std::string::npos);
-  CHECK(err("pendulum --over l=") == "qdot sweep: --over l: must be a finite number, given \"\"\n");
-  CHECK(err("pendulum --over q0=1,2 --over l=1,,2") == "qdot sweep: --over l: must be a finite number, given \"\"\n");
+  const std::string no_number = "qdot sweep: --over l: must be a finite number, given \"\"; type one such as 0.5, 1e-3, pi/2, -3*pi/4 or 90deg\n";
+  CHECK(err("pendulum --over l=") == no_number);
+  CHECK(err("pendulum --over q0=1,2 --over l=1,,2") == no_number);
   CHECK(err("pendulum --over l=1:2:0") == "qdot sweep: --over l: COUNT: must be a whole number from 1 to 100000000, given \"0\"\n");
   CHECK(err("pendulum --over l=0:2:3") == "qdot sweep: --over: l (length of the rod) must be positive, given 0\n");
   CHECK(err("pendulum --over l=1,2 --over l=3,4") == "qdot sweep: --over: must name each quantity once, given l twice\n");
