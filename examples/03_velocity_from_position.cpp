@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Nobody writes a velocity by hand: positions are enough. A point in spherical coordinates, its kinetic energy and mass
+// Positions are enough: velocities are differentiated from them. A point in spherical coordinates, its kinetic energy and mass
 // matrix, and a pendulum whose pivot is shaken, which stands upright if it is shaken fast enough.
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Kinetic energy of a rigid body about its centre of mass and about any other of its points, and a tumbling box whose
-// angular velocity nobody derives.
+// Kinetic energy of a rigid body about its centre of mass and about any other of its points, and a tumbling box whose angular
+// velocity follows from its rotation.
 
 #include <cstdio>
 #include <vector>

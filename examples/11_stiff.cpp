@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A stiff scene: a bob on a hard spring whose vibration is damped away at once. What is left moves slowly, but an explicit method must take steps
-// as short as the vibration, or it becomes unstable; an implicit one need not, and one that chooses for itself finds out on the way.
+// as short as the vibration, or it becomes unstable. An implicit one need not, and one that chooses for itself finds out on the way.
 
 #include <cmath>
 #include <cstdio>
@@ -44,7 +44,7 @@ int main() {
                   ? "yes"
                   : "no");
 
-  // Who is told too few steps is told why they are so short.
+  // A run that is given too few steps tells why they are so short.
   const auto stopped = simulate(damped, start, 10.0, Dop853{}, {.rtol = 1e-7, .atol = 1e-10, .max_steps = 2000});
   std::printf("with max_steps = 2000: %s\n", std::string(name(stopped.outcome)).c_str());
   const std::size_t at = stopped.message.find("diagnosis: ");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A pendulum that stands on a cart: where it rests, how it falls, and a feedback that holds it up. The pole's end is a mass in Cartesian coordinates,
-// tied to the cart by a rod, so all of this happens on a constraint; the linearization finds the coordinates that are free.
+// tied to the cart by a rod, so all of this happens on a constraint. The linearization finds the coordinates that are free.
 
 #include <cmath>
 #include <cstdio>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// How a motion depends on its start and its parameters: how fast small errors grow, what a length is worth, which swings are chaotic, and how
-// to throw a ball at a wall by way of the floor.
+// How a motion depends on its start and its parameters. How fast do small errors grow, what is a length worth, which swings are chaotic? And
+// how to throw a ball at a wall by way of the floor.
 
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Motions that repeat: the backbone curve of a pendulum, a limit cycle and its fold, a pendulum that stands on its head and its return map, and where
+// Motions that repeat: the backbone curve of a pendulum, a limit cycle and its fold, a pendulum that stands on its head and its return map. And where
 // Mathieu's equation becomes unstable.
 
 #include <cmath>

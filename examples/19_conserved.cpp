@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What a motion keeps, and what that is good for: a spinning top loses two of its three coordinates, a driven hoop keeps something that is
-// not its energy, and symmetries that no coordinate shows are told to the library.
+// What a motion keeps, and what that is good for. A spinning top loses two of its three coordinates, and a driven hoop keeps something
+// that is not its energy. Symmetries that no coordinate shows are given to the library.
 
 #include <cmath>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Where a scene rests as a parameter changes: a bead on a hoop that is turned faster and faster, and a column that is pressed by a force that
+// Where a scene rests as a parameter changes: a bead on a hoop that is turned faster and faster. And a column that is pressed by a force that
 // follows it, or does not.
 
 #include <cstdio>

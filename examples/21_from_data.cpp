@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What a motion is made of, from measurements of it: the length and the friction of a pendulum that was filmed twice, the restitution of a ball by
-// its bounces, and masses that no film of a free swing can tell.
+// Parameters from measurements of a motion: the length and the friction of a pendulum that was filmed twice, and the restitution of a ball by its
+// bounces. And masses that no film of a free swing can tell.
 
 #include <cmath>
 #include <cstdio>
@@ -50,7 +50,7 @@ int main() {
   const Eigen::Vector2d truth(0.83, 0.11);
   std::vector<Experiment<1>> films{filmed(pendulum(truth), {0.0, {1.2}, {0.0}}, 0.04, 100, 0.01),
                                    filmed(pendulum(truth), {0.0, {0.3}, {2.0}}, 0.04, 100, 0.01)};
-  films[1].start = State<1>{0.0, {0.0}, {1.0}};  // nobody saw how this one began
+  films[1].start = State<1>{0.0, {0.0}, {1.0}};  // the beginning of this one was not filmed
   films[1].unknown = {0, 1};
   std::printf("a pendulum of 0.83 m with friction 0.11, filmed twice\n");
   print(parameter_fit(pendulum, {{"length", 1.0, 0.1, 10.0}, {"friction", 0.0, 0.0}}, films, Dop853{}));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// A pole on a cart, held up by a controller that looks a thousand times a second: the program owns the clock, the simulator goes on when it is told to.
+// A pole on a cart, held up by a controller that looks a thousand times a second. The program owns the clock, and the simulator goes on when it is told
+// to.
 
 #include <algorithm>
 #include <chrono>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // What a run can be asked: where to land and what to keep, what to do when something happens, and what it cost. A carriage on a spring is
-// driven to its place by a controller with a state of its own; a skate on a slope, whose blade lets it go only ahead.
+// driven to its place by a controller with a state of its own. A skate moves on a slope, and its blade lets it go only ahead.
 
 #include <cmath>
 #include <cstdio>

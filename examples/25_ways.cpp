@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// Ways between two places: the action of paths that are no motions, a throw, three ways of a pendulum from its lowest point back to it, and a great
+// Ways between two places: the action of paths that are no motions, a throw, three ways of a pendulum from its lowest point back to it. And a great
 // circle that is not the shortest.
 
 #include <cmath>

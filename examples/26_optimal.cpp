@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// The best way from one state to another: a pole swung up by a cart with a bounded force, the fastest wire for a bead, and a task that no motion
-// meets.
+// The best way from one state to another: a pole swung up by a cart with a bounded force, and the fastest wire for a bead. And a task that no
+// motion meets.
 
 #include <cmath>
 #include <cstdio>

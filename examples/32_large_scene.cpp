@@ -2,8 +2,8 @@
 //
 // Thousands of coordinates: a string of ten thousand masses along which a pulse travels, and a chain of three hundred rods that is let go.
 //
-// T and V are loops over neighbours, as one writes them, with the number of coordinates known at run time. A run traces them when it begins, finds
-// who meets whom, and a step costs what the coordinates cost, each for itself.
+// T and V are loops over neighbours, as one writes them, with the number of coordinates known at run time. A run traces them when it begins and
+// finds which coordinates occur together. The cost of a step is then proportional to the number of coordinates.
 #include <cmath>
 #include <cstdio>
 

@@ -61,7 +61,7 @@ class Reference:
             if member.doc or (doc and member is first):
                 said = markdown.docstring(member.doc or doc, link)
             elif doc:
-                said = "The same."
+                said = "As above, for these arguments."
             else:
                 said = headers.role_of(first.name, first.in_class) or ("Constructor." if first.is_special else "…")
             entries.append(f"`` {line_of(member.signature)} ``\n\n:   " + said.replace("\n", "\n    ") + "\n")

@@ -4,15 +4,15 @@
 // Errors: what a mechanical model can get wrong, each with a type of its own.
 //
 // Every message says three things in this order: the rule that was broken, the values that
-// broke it, and what to do about it. A caller who only prints `what()` can act on it; a caller
-// who wants to react catches the type and reads its members.
+// broke it, and what to do about it. A user that only reads `what()` can act on it; code that reacts to it catches the type and
+// reads its members.
 //
 // Two kinds of trouble are kept apart. An *error* is an exception from this file: the model or
 // a call is wrong, and there is nothing to return. An *outcome* (integrate/outcome.hpp) is how
 // a run ended: the trajectory up to the last good step comes back with it.
 //
-// Both rest on NaN and infinity, by which a number says that it is none. Options that let the compiler assume that there are none
-// take every such check out of the program, so they are refused; so is the reordering of sums, which undoes those that keep their rounding.
+// Both rest on NaN and infinity, which mark failed results. Options that let the compiler assume that there are none remove every such
+// check, so they are refused. So is the reordering of sums, which removes the compensation of rounding.
 
 #if defined(min) || defined(max)
 #error "qdot: min and max are macros here, as <windows.h> makes them, and would change those of the library: define NOMINMAX in front of it"

@@ -10,9 +10,9 @@
 //       void show(const qdot::Trajectory<2>& motion) const;
 //     };
 //
-// Whoever includes such a header reads neither Eigen nor qdot, which is seconds of compile time for each of their files. Types that are
-// returned by value or asked for members need their own header. A number of coordinates that is known at run time only is −1 here, which
-// Dynamic is elsewhere. Types that nobody can write down, like that of scene(system, effects…), are held as AnySystem.
+// A file that includes such a header compiles neither Eigen nor qdot, which saves seconds for each file. Types that are returned by
+// value or asked for members need their own header. A number of coordinates that is known at run time only is −1 here, which Dynamic is
+// elsewhere. Types that cannot be written down, like that of scene(system, effects…), are held as AnySystem.
 
 namespace qdot {
 

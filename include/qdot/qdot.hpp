@@ -18,7 +18,7 @@
 // #include "qdot/ad/pack.hpp"       // four or eight numbers at once
 // #include "qdot/ad/pack_math.hpp"  // their sine, root, power …
 
-#include "qdot/mechanics/velocity.hpp"               // ẋ from x(q), so that nobody writes it by hand
+#include "qdot/mechanics/velocity.hpp"               // ẋ from x(q), differentiated by the library
 #include "qdot/mechanics/rotation.hpp"               // R(q) and its angular velocity
 #include "qdot/mechanics/inertia.hpp"                // inertia tensors of standard bodies, parallel axes
 #include "qdot/mechanics/rigid_body.hpp"             // T of a rigid body about G and about any point A

@@ -3,8 +3,8 @@
 //
 // Benchmarks of the program: `qdot bench [NAME] [--json]`.
 //
-// A benchmark returns rows. Each row is one measurement beside a baseline that was measured in the same run, on
-// the same machine, so that the ratio survives a change of machine although the times do not.
+// A benchmark returns rows. Each row is one measurement beside a baseline that was measured in the same run, on the same machine.
+// So the ratio survives a change of machine although the times do not.
 
 #include <functional>
 #include <string>

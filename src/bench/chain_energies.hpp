@@ -1,8 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The chain of src/bench/hand_derived.hpp the natural way, as energies whose velocities are summed link by link and as positions
-// of the masses: once with a plain loop, once with the library's loop that the compiler sees through.
+// The chain of src/bench/hand_derived.hpp the natural way: as energies whose velocities are summed link by link, and as positions
+// of the masses. Each has a plain loop and the library's loop that the compiler sees through.
 
 #include <cmath>
 #include <type_traits>
@@ -39,7 +39,7 @@ struct LoopedChain {
   }
 };
 
-/// The same as a sum over pairs of links, as books have it: n² terms.
+/// The chain as a sum over pairs of links, as in books: n² terms.
 struct PairedChain {
   double g = 9.81;
 

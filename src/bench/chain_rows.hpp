@@ -18,7 +18,7 @@ std::vector<EquationsRow> chain_rows(const char* door, const Measured& measured)
                        .measured = measured.template operator()<n>(), .lowest = -2.0, .highest = 2.0}...};
 }
 
-/// The same of energies E<n> by the general door.
+/// Rows of energies E<n> by the general door.
 template <template <int> class E, int... n>
 std::vector<EquationsRow> general_chain_rows(const char* door) {
   return chain_rows<n...>(door, []<int m>() -> AccelerationFunction { return by_general_door<m, E<m>>; });

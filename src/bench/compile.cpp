@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 //
-// How long a user waits for the compiler: programs that write T and V and integrate the motion, from a double pendulum to a scene of eight
-// coordinates, or ask for more about it, against one that only includes Eigen; and the first of them with the library's headers precompiled, as CMake's
-// target_precompile_headers() does it, which is what each further edit of the program takes. The compiler, its include directories and the
-// library's sources must be where they were when the program was built.
+// How long a user waits for the compiler, beside a program that only includes Eigen. The programs write T and V and integrate the motion, from a double
+// pendulum to a scene of eight coordinates, or ask for more about it. The first is also compiled with the library's headers precompiled, as CMake's
+// target_precompile_headers() does it: that is the time of each further edit. The compiler, its include directories and the library's sources must be
+// where they were when the program was built.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -225,7 +225,7 @@ class ScratchDirectory {
   fs::path path_;
 };
 
-/// Processor seconds that finished child processes have used; unlike wall time they do not depend on who else computes.
+/// Processor seconds that finished child processes have used; unlike wall time they do not depend on other programs that compute.
 double children_seconds() {
   rusage usage{};
   getrusage(RUSAGE_CHILDREN, &usage);

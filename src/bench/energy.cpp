@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// What ten thousand periods do to the energy of a planet, e = 0.6: a symplectic method's error does not grow, that of Taylor at its
-// tightest tolerance walks at random with the rounding, and that of other methods grows with the time. The picture is drawn as
+// What ten thousand periods do to the energy of a planet, e = 0.6. A symplectic method's error does not grow, that of Taylor at its
+// tightest tolerance walks at random with the rounding. That of other methods grows with the time. The picture is drawn as
 // out/kepler_energy.svg.
 #include <algorithm>
 #include <chrono>

@@ -30,8 +30,8 @@ struct EquationsRow {
   double (*middle)(int i) = nullptr;          // where given, added to coordinate i
 };
 
-/// The finding of a row, named after its system and `what`: the time for one state of both functions over the same states, 64 of them where n ≤ 64,
-/// the least of many repeats in turn (timed.cpp).
+/// The finding of a row, named after its system and `what`: the time for one state of both functions over the same states, 64 of them where n ≤ 64.
+/// It is the least of many repeats in turn (timed.cpp).
 Row timed(const EquationsRow& row, const std::string& what);
 
 /// Rows of several kinds, one kind after the other.

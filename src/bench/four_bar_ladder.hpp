@@ -1,8 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A ladder of four-bar loops, each hung on the one before: rung k from mass l_k to mass r_k, on rails a_k from l_{k−1} and b_k from r_{k−1}; l₋₁ and
-// r₋₁ are fixed at (0, 0) and (1, 0). Four Cartesian coordinates and three rods u to a loop:
+// A ladder of four-bar loops, each hung on the one before. Rung k goes from mass l_k to mass r_k, on rails a_k from l_{k−1} and b_k from r_{k−1};
+// l₋₁ and r₋₁ are fixed at (0, 0) and (1, 0). Four Cartesian coordinates and three rods u to a loop:
 //
 //     m l̈_k = λa_k ua_k − λa_{k+1} ua_{k+1} − λc_k uc_k + m g ,     m r̈_k = λb_k ub_k − λb_{k+1} ub_{k+1} + λc_k uc_k + m g .
 //

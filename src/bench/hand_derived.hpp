@@ -89,7 +89,7 @@ void short_chain_by_hand(const double* q, const double* v, double* a) {
   unroll<n>([&](auto i) __attribute__((always_inline)) { a[i] = chain.r[i]; });
 }
 
-/// The same of many links: the sums over j are running sums, and M is factored in blocks of four columns.
+/// A chain of many links: the sums over j are running sums, and M is factored in blocks of four columns.
 template <int n>
 void long_chain_by_hand(const double* q, const double* v, double* a) {
   constexpr double g = 9.81;

@@ -7,8 +7,8 @@
 //     M q̈ = r + Jᵀλ ,    (J M⁻¹ Jᵀ) λ = γ − J M⁻¹ r
 //
 // is written out, its zeros left out; q̈ is followed by λ. What depends on parameters alone is computed once, as a member, and divided by
-// beforehand. The members are read when a function is called, like the parameters of the scene: of baselines of so few operations much would be
-// gone if the compiler knew that a mass is 1.
+// beforehand. The members are read when a function is called, like the parameters of the scene. Baselines of so few operations would lose much
+// of them if the compiler knew that a mass is 1.
 
 #include <cmath>
 
@@ -256,7 +256,7 @@ struct QuaternionBodyByHand : TurningBody {
   }
 };
 
-/// The same with the constraint ½ (|p|² − 1) = 0, whose multiplier is zero.
+/// The body by a quaternion with the constraint ½ (|p|² − 1) = 0, whose multiplier is zero.
 template <bool driven>
 struct UnitQuaternionBodyByHand {
   QuaternionBodyByHand<driven> body;
@@ -323,8 +323,8 @@ struct EulerAnglesBodyByHand : TurningBody {
   }
 };
 
-/// Two such bodies on a ball joint on the axes e of both, seen from their common centre of mass: d = α e₁ + β e₂ leads from one centre to the
-/// other, m is the reduced mass. With u = Ω̇ × e + Ω × (Ω × e), each in its own body's axes, and Q = R₁ᵀR₂
+/// Two such bodies on a ball joint on the axes e of both, seen from their common centre of mass. d = α e₁ + β e₂ leads from one centre to the
+/// other, and m is the reduced mass. With u = Ω̇ × e + Ω × (Ω × e), each in its own body's axes, and Q = R₁ᵀR₂
 ///
 ///     I Ω̇₁ + Ω₁ × I Ω₁ + m α e × (α u₁ + β Q u₂) = 0 ,      I Ω̇₂ + Ω₂ × I Ω₂ + m β e × (α Qᵀu₁ + β u₂) = 0 .
 struct JoinedBodiesByHand : TurningBody {

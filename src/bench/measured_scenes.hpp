@@ -319,7 +319,7 @@ struct TurningBodyCase {
     }
   }
 };
-/// The same by where the body is.
+/// A turning body, given by where it is.
 template <class Rotation, bool driven, class HandDerived>
 struct PlacedBodyCase : TurningBodyCase<Rotation, driven, HandDerived> {
   static constexpr const char* effect = driven ? "positions, torque" : "positions";

@@ -7,9 +7,9 @@
 //     pendulum, double pendulum, chains     g = 9.81, unit masses on unit rods, angles from the downward vertical, released at rest
 //     kepler                                μ = 1, a = 1, from the perihelion, ten periods
 //
-// The ends of chains come from an integrator that shares nothing with the library: the equations derived by hand, in 64 bits
-// of mantissa, by Gragg's extrapolated midpoint rule; halving its steps changes nothing above 1e-15.
-// Those of Kepler's orbits are the closed form.
+// The ends of chains come from an integrator that shares nothing with the library: the equations derived by hand, in 64 bits of
+// mantissa, by Gragg's extrapolated midpoint rule. Halving its steps changes nothing above 1e-15. Those of Kepler's orbits are
+// the closed form.
 
 #include <algorithm>
 #include <chrono>

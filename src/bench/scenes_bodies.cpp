@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Rows of `qdot bench scenes`: a rigid body in space about its centre of mass, by where it is and by T = ½ Ω·I Ω in the library's words for
-// rotations, and two of them on a ball joint.
+// rotations. Two of them on a ball joint.
 #include "bench/measured_scenes.hpp"
 #include "bench/scenes.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// qdot bench: starts the benchmarks' programs, qdot-bench-NAME, which stand beside this one, one after the other. Each takes the compiler minutes, and who
-// simulates has no use for them.
+// qdot bench: starts the benchmarks' programs, qdot-bench-NAME, which stand beside this one, one after the other. Each takes the compiler minutes, and
+// simulations do not need them.
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>

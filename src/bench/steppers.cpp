@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What accuracy costs with each method: for every problem and every error asked for, the cheapest tolerance (or step) that
+// What accuracy costs with each method. For every problem and every error asked for, the cheapest tolerance (or step) that
 // reaches it, its time and its evaluations, beside Dop853 at the same error.
 #include "bench/steppers.hpp"
 

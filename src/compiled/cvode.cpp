@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The same of CVODE.
+// What of CVODE depends on no type of a user's.
 #include <qdot/integrate/cvode/sparse.hpp>
 #include <qdot/integrate/cvode_stepper.hpp>
 

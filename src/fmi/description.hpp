@@ -3,7 +3,8 @@
 //
 // modelDescription.xml: the variables of a scene, and what the library can do, in the form of FMI 3.0.
 //
-// The token at its head is a number for all of the rest. Who instantiates gives it back, and a library beside the description of another one is noticed.
+// The token at its head is a number for all of the rest. The importer gives it back when it instantiates, so a library beside the description of another
+// one is noticed.
 
 #include <string>
 

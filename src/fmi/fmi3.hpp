@@ -1,7 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What FMI 3.0 calls things: the types, numbers and functions of its C interface, for those who implement it (fmi3.cpp) or load it.
+// What FMI 3.0 calls things: the types, numbers and functions of its C interface, for code that implements it (fmi3.cpp) or loads
+// it.
 //
 // The Functional Mock-up Interface (fmi-standard.org) is how simulators exchange models. An importer loads a shared library, looks these functions up by
 // their names, and drives instances through modes:

@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// One instance of a scene that somebody else simulates by FMI 3.0 (fmi3.hpp).
+// One instance of a scene that an importer simulates by FMI 3.0 (fmi3.hpp).
 //
 // All that its future depends on is a Snapshot: the mode, t, y, and the values that the importer has set. A state in FMI's sense is a copy of it, and
 // serialized it is its numbers behind a header with a checksum. What is behind y (the scene with its parameters, its equations, the simulator) is made of
@@ -14,9 +14,9 @@
 //     Co-Simulation     a Simulator with Dop853 goes from one communication point to the next, through all events; where the importer can handle it, it stops
 //                       at each: step() returns there early
 //
-// Nothing is shared between instances. Refusals leave everything as it was: a value that is not physical, a state that has no derivative, a step that cannot be
-// completed are Refusal{fmi3Discard}, and one may go on with others; a call that FMI does not allow is Refusal{fmi3Error}. fmi3.cpp makes statuses and log
-// messages of them.
+// Nothing is shared between instances. Refusals leave everything as it was. A value that is not physical, a state that has no derivative and a step that cannot
+// be completed are Refusal{fmi3Discard}, and one may go on with others. A call that FMI does not allow is Refusal{fmi3Error}. The
+// functions of fmi3.cpp make statuses and log messages of them.
 
 #include <Eigen/Core>
 #include <array>

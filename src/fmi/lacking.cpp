@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The functions of FMI that have nothing to answer here: an importer who calls them is told so.
+// The functions of FMI that have nothing to answer here: an importer that calls them gets an error.
 #include "fmi/answer.hpp"
 
 namespace {

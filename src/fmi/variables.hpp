@@ -15,8 +15,8 @@
 //
 // The list is made of the scene by the library and by the program that writes modelDescription.xml, from the same code: they cannot disagree.
 //
-// What changes the number of coordinates, states or guards cannot be left to the importer, because the description is fixed: counts (the links of a
-// chain), and effects with states or constraints. qdot_add_fmu(… SET n=5 WITH motor) chooses them.
+// What changes the number of coordinates, states or guards cannot be left to the importer, because the description is fixed. These are counts (the
+// links of a chain), and effects with states or constraints. qdot_add_fmu(… SET n=5 WITH motor) chooses them.
 
 #include <Eigen/Core>
 #include <cstddef>

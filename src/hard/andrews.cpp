@@ -2,7 +2,7 @@
 //
 // Andrews' squeezing mechanism: W. Schiehlen (ed.), Multibody Systems Handbook (1990); E. Hairer, G. Wanner, Solving Ordinary
 // Differential Equations II, VII.7; Test Set for Initial Value Problem Solvers, problem andrews; benchmark A03 of the library of
-// computational benchmark problems for multibody dynamics. The ends are computed with 34 digits and keep T + V to 1e-24; the end
+// computational benchmark problems for multibody dynamics. The ends are computed with 34 digits and keep T + V to 1e-24. The end
 // printed by the Test Set is off by −2.2e-10 in T + V, and right to 9.6 digits in q, 7.3 in q̇.
 #include "hard/motion.hpp"
 #include "qdot/effects/constraints.hpp"

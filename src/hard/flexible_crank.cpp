@@ -44,7 +44,7 @@ struct FlexibleCrank {
   }
 };
 
-// The same in the elastic coordinates alone: the drive and the slider's guide say where φ₁, φ₂ and x₃ are.
+// The crank in the elastic coordinates alone: φ₁, φ₂ and x₃ follow from the drive and the slider's guide.
 struct ElasticCrank {
   FlexibleCrank crank{};
 

@@ -27,7 +27,7 @@ std::vector<std::string> accuracy_paths(const std::string& path);
 /// The table of all measurements and the cheapest way to each accuracy, for people; if brief, the cheapest way first, and only the measurements that it names.
 std::string accuracy_text(const SceneStudy& of);
 
-/// The same, one JSON object.
+/// The measurements and the cheapest way to each accuracy as one JSON object.
 std::string accuracy_json(const SceneStudy& of, const std::vector<std::string>& files);
 
 /// One line for each measurement.

@@ -157,7 +157,7 @@ Assignment assignment(const std::string& argument, const std::string& text) {
 }
 
 void make_directory_of(const std::string& out) {
-  std::error_code refused;  // with a reason that whoever writes there gives
+  std::error_code refused;  // writing the file gives the reason
   const std::filesystem::path directory = std::filesystem::path(out).parent_path();
   if (!directory.empty()) std::filesystem::create_directories(directory, refused);
 }

@@ -35,10 +35,10 @@ UsageError unknown_name(const std::string& argument, const std::string& what, co
 /// @throws UsageError  unless it is one finite number
 double finite_number(const std::string& argument, const std::string& text);
 
-/// The same for a number above zero.
+/// The number above zero that a text denotes.
 double positive_number(const std::string& argument, const std::string& text);
 
-/// The same for a whole number between two bounds.
+/// The whole number between two bounds that a text denotes.
 long whole_number(const std::string& argument, const std::string& text, long least, long most);
 
 /// Makes the directory that PATH of --out lies in, where it is missing and can be made.

@@ -37,7 +37,7 @@ struct ChosenScene {
 /// @throws UsageError
 ChosenScene chosen_scene(const SceneOptions& options);
 
-/// The same for a scene that is made already; the name is not looked at.
+/// The chosen scene, where it is made already; the name is not used.
 ChosenScene chosen_scene(const SceneOptions& options, std::unique_ptr<RunnableScene> scene);
 
 /// Applies the parameters of --set, and returns its initial values: a parameter has the precedence over a coordinate of the same name.

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: MIT
 //
 // A scene with effects: those that belong to it (the rod of a pendulum in Cartesian coordinates), and those that a run may
-// switch on. Each combination of optional effects is a type, compiled here, 2ᵏ of them; a run asks once which one it wants, and
-// then steps equations that hold the terms of its effects and no test of what is on.
+// switch on. Each combination of optional effects is a type, compiled here, 2ᵏ of them. A run asks once which one it wants. Then
+// it steps equations that hold the terms of its effects and no test of what is on.
 
 #include <array>
 #include <cstddef>

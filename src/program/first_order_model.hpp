@@ -47,7 +47,7 @@ struct ConstrainedModel : FirstOrderModel {
   ProjectionReport project(double t, Eigen::Ref<Eigen::VectorXd> y) const { return model->project(t, y); }
 };
 
-/// The same for a model whose constraints switch on and off at events.
+/// A model whose constraints switch on and off at events.
 struct SwitchingModel : ConstrainedModel {
   Eigen::Index guard_count() const { return model->guard_count(); }
   void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const { model->guards(t, y, g); }

@@ -38,8 +38,8 @@ std::string steady_states_json(const RunnableScene& scene, const std::vector<Ste
 /// Branches of equilibria along what is called `name`.
 std::string branches_json(const RunnableScene& scene, const std::string& name, double from, double to, const std::vector<PointsOfBranch>& branches);
 
-/// A periodic orbit, or how far the search for it came; `names` are those of q and q̇, `turns` those of the coordinates, and `moved` says how far the
-/// start is from where the search began. These two are empty where no orbit was found.
+/// A periodic orbit, or how far the search for it came. `names` are those of q and q̇, `turns` those of the coordinates, and `moved` is the way
+/// from where the search began to the start. These two are empty where no orbit was found.
 std::string orbit_json(const RunnableScene& scene, const std::vector<std::string>& names, const Orbit& orbit, const std::vector<Turns>& turns,
                        const Eigen::VectorXd& moved);
 

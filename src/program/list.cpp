@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// qdot list: the scenes, their degrees of freedom, and their parameters with defaults; qdot list SCENE: one of them, with T and V, units, ranges and
-// meanings, and a command to begin with.
+// The command qdot list prints the scenes, their degrees of freedom, and their parameters with defaults. With a scene's name it prints T and V of
+// that scene, units, ranges and meanings, and a command to begin with.
 #include <cstddef>
 #include <cstdio>
 #include <memory>

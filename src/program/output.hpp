@@ -26,7 +26,7 @@ bool jacobi_differs(const Result& result);
 /// t, q, qdot and the energies at the samples, with units.
 report::Table table(const RunnableScene& scene, const Result& result);
 
-/// The same for NumPy: t (N), q (N×n), qdot (N×n), the energies (N).
+/// The samples for NumPy: t (N), q (N×n), qdot (N×n), the energies (N).
 std::vector<report::Array> arrays(const Result& result, Eigen::Index dof);
 
 /// Animation, parameters, summary and plots; those of several runs fit over each other where they are not apart by size.

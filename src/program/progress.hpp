@@ -3,8 +3,8 @@
 //
 // A progress bar for runs that take longer than a second.
 //
-// It is drawn on stderr, only if that is a terminal, at most ten times a second, and is wiped when the run ends, so it never
-// gets into a file or a pipe. NO_COLOR (no-color.org) switches its colour off.
+// It is drawn on stderr, only if that is a terminal, at most ten times a second. It is wiped when the run ends, so it never gets
+// into a file or a pipe. NO_COLOR (no-color.org) switches its colour off.
 
 #include <chrono>
 

@@ -118,7 +118,7 @@ class Model : public qdot::detail::MethodForm {
   /// @throws NotAnalytic  one of them compares values or has a kink
   std::shared_ptr<qdot::detail::RecordedMotion> recorded_motion() const;
 
-  /// The same, added to a recording of other models of the scene, which is moved from.
+  /// The graph of recorded_motion(), added to a recording of other models of the scene, which is moved from.
   virtual std::shared_ptr<qdot::detail::RecordedMotion> recorded_on(qdot::formula::Recording&) const { return nullptr; }
   /// Runs the same functors once more on what has been recorded.
   virtual void run_again(qdot::detail::RecordedMotion&) const {}

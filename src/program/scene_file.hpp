@@ -4,8 +4,8 @@
 // A scene in a file of C++ that a user wrote (scenes/own_scene.hpp): compiled by the compiler that made this program, into a library that
 // is loaded into it. So all commands see it as they see the catalogue.
 //
-// Compiling takes ten seconds, and is done once: the library is kept in a cache by the compiler, its options, the file's name, and by what stands in
-// the file and in all headers that it includes. Files are made under other names and renamed, so that programs that run at the same time
+// Compiling takes ten seconds, and is done once: the library is kept in a cache. Its key is the compiler, its options, the file's name, and the
+// contents of the file and of all headers that it includes. Files are made under other names and renamed, so that programs that run at the same time
 // find a whole one or none. The cache is $XDG_CACHE_HOME/qdot, or ~/.cache/qdot, and may be deleted at any time.
 
 #include <functional>

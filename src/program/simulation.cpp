@@ -265,9 +265,9 @@ std::vector<std::string> method_names() {
   return names;
 }
 
-// A pilot run of Dop853 at rtol 1e-6 tells how fast the motion is: its steps have the mean length h. An error of about
-// (h/L)^8 per step makes L = h/1e-6^(1/8) the time in which the motion changes, and a method of order p reaches rtol with
-// steps of L rtol^(1/p), as far as that needs no more than two million of them.
+// A pilot run of Dop853 at rtol 1e-6 tells how fast the motion is: its steps have the mean length h. An error of about (h/L)^8
+// per step makes L = h/1e-6^(1/8) the time in which the motion changes. A method of order p reaches rtol with steps of L
+// rtol^(1/p), as far as that needs no more than two million of them.
 double chosen_step(const std::shared_ptr<const Model>& model, const Request& request, int order) {
   constexpr double pilot_rtol = 1e-6;
   constexpr double most_steps = 2e6;

@@ -116,7 +116,7 @@ struct BareResult {
 /// @throws NonFinite, MassMatrixError, ConstraintError  the model has no value at its start
 BareResult bare_run(const std::shared_ptr<const Model>& model, const Request& request);
 
-/// The same with an observer, which is shown every accepted step and may answer false to end the run.
+/// A run with an observer, which is shown every accepted step and may return false to end the run.
 BareResult followed_run(const std::shared_ptr<const Model>& model, const Request& request, const std::function<bool(const StepView&)>& observer);
 
 /// Called after accepted steps with the time reached.

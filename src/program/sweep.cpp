@@ -93,13 +93,13 @@ Row motion(const Sweep& sweep, std::size_t i) {
   return {watch.values(request, run), complete ? Outcome::completed : run.outcome, complete ? "" : run.message};
 }
 
-/// The same where the motion cannot begin; the reason is kept as its message.
+/// The row of a motion, or of one that cannot begin; the reason is then its message.
 Row row_of(const Sweep& sweep, Kept<Row>&& kept) {
   if (kept.completed()) return std::move(*kept.value);
   return {std::vector<double>(sweep.quantities.size(), std::numeric_limits<double>::quiet_NaN()), Outcome::refused_by_model, kept.message()};
 }
 
-/// What is done with what was done, and by whom.
+/// Whether results are recorded, and which processes and threads do the sweep.
 void choose_workers(Sweep& sweep, const SweepOptions& options) {
   sweep.is_recorded = options.resume || options.processes || options.shard;
   if (!sweep.is_recorded) {

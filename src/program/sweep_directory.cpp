@@ -329,7 +329,7 @@ std::optional<SweepDirectory::Chunk> SweepDirectory::claim(SweepShare share) {
           others = true;
           continue;
         }
-        read_others();  // who held it may have done it since
+        read_others();  // the process that held it may have done it since
         if (complete(chunk)) {
           unlock(chunk);
           continue;
@@ -379,7 +379,7 @@ void SweepDirectory::flush(bool to_disk) {
     try {
       write_all(records_, pending_, path_ + "/" + own_);
     } catch (...) {
-      if (ftruncate(records_, static_cast<off_t>(written_)) != 0) stopped_ = true;  // half a record is left out by who reads it
+      if (ftruncate(records_, static_cast<off_t>(written_)) != 0) stopped_ = true;  // a reader leaves half a record out
       stopped_ = true;
       throw;
     }

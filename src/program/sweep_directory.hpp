@@ -3,14 +3,15 @@
 //
 // Where a sweep is kept while it goes on: a directory that any number of processes work on, on one machine or on several with one file system.
 //
-//     manifest.json        what the sweep is; written once, and whoever asks for something else is refused
+//     manifest.json        what the sweep is; written once, and a process that asks for another one is refused
 //     HOST.PID.records     what the motions came to, in a file of each process, which only grows
-//     claims               a byte for each chunk of consecutive motions: whether it was ever taken. Who works at a chunk holds a lock on its byte
+//     claims               a byte for each chunk of consecutive motions: whether it was ever taken. A process that works at a chunk holds a
+//                          lock on its byte
 //
 // Nothing is taken back and nothing is written in place but the claims, from which nothing is believed: what is done is what the records say.
-// A lock goes with its process, however that ends, and what it held is free for the others, who come to it last: if a chunk is what ended its
-// process, the rest is done by then. Where a chunk is done twice both are the same bytes. So the result is a function of the manifest, whoever did
-// what and whatever happened to them.
+// A lock ends with its process, however that ends, and its chunk is free for the other processes. These take it last: if the chunk is what ended
+// its process, the rest is done by then. Where a chunk is done twice, both results are the same bytes. So the result depends on the manifest
+// alone, and not on which process did what or on how it ended.
 
 #include <chrono>
 #include <cstddef>
@@ -45,7 +46,7 @@ class SweepDirectory {
   /// Motions that are recorded, as far as it is known here.
   std::size_t known() const;
 
-  /// The same after a look at what others have written.
+  /// Motions that are recorded, after a look at what others have written.
   std::size_t known_now();
 
   /// Motions from `first` to before `last` that are to be done, some of which may be done already.
@@ -73,7 +74,8 @@ class SweepDirectory {
   /// All that is recorded of this process is on the disk.
   void synchronize();
 
-  /// Waits until nobody else puts the results together. False where another has done so since this process has found the sweep incomplete.
+  /// Waits until no other process puts the results together. False where another has done so since this process has found the sweep
+  /// incomplete.
   bool begin_merge();
   void end_merge();
 
@@ -102,7 +104,7 @@ class SweepDirectory {
   int claims_ = -1;
   std::set<std::size_t> held_;            // chunks of this process
   std::size_t fresh_ = 0;                 // place in the order of this process's share
-  std::optional<std::vector<std::size_t>> left_;  // chunks that somebody has taken and that are not complete
+  std::optional<std::vector<std::size_t>> left_;  // chunks that are taken and not complete
   std::string own_;                       // its file
   int records_ = -1;
   std::size_t written_ = 0;

@@ -1,13 +1,13 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Who does what where several processes work on one sweep.
+// Which process does which chunk, where several work on one sweep.
 //
-// --shard K/N is a fixed share, every N-th chunk from the K-th on, and nothing else: for machines that have no file system in common, whose records
-// are brought together later. --shard auto is one process of several that work on the same directory: it begins with its share, and then does what is
-// left of the others'. Which one it is stands in the environment, where MPI or Slurm has put it; where nothing
-// stands there that is an error, and not a guess. A sweep that is not shared is refused where something does: each of the processes would do all of it, and
-// they would write the same files at the same time.
+// --shard K/N is a fixed share, every N-th chunk from the K-th on, and nothing else. It is for machines that have no file system in common, whose records
+// are brought together later. With --shard auto, the process is one of several that work on the same directory. It begins with its share, and then does
+// what is left of the others'. Its number is read from the environment, where MPI or Slurm has put it; without one there it is an error, and not a guess. A
+// sweep that is not shared is refused where the environment has such a number. Otherwise each of the processes would do all of it, and they would write the
+// same files at the same time.
 
 #include <cstddef>
 #include <string>

@@ -57,7 +57,7 @@ void work_here(SweepDirectory& directory, const MotionRow& motion, std::size_t t
 int status_of_worker(SweepDirectory& directory, const MotionRow& motion, std::size_t threads, const SweepShare& share, pid_t parent) {
   try {
     work_here(directory, motion, threads, share, [&](std::size_t) {
-      if (getppid() != parent) directory.stop();  // nobody waits for it any more
+      if (getppid() != parent) directory.stop();  // the process that waited for it has ended
     });
     return 0;
   } catch (const std::exception& failure) {

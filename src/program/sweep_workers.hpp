@@ -1,10 +1,10 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Those who do a sweep that is kept in a directory: threads of this process, or processes of it with threads.
+// The workers of a sweep that is kept in a directory: threads of this process, or processes of it with threads.
 //
-// A process that a motion brings down, or somebody kills, leaves what it was just doing to the others; with threads alone it is the whole run, and
-// what it had recorded is there.
+// A process that a motion brings down, or that is killed, leaves its chunk to the others. With threads alone the whole run ends, and what it had
+// recorded is there.
 
 #include <cstddef>
 #include <functional>

@@ -91,7 +91,8 @@ void put_onto_tangents(const ModelVariations& equations, double t, Eigen::Vector
   put(n, rows.slopes * Phi.topRows(2 * n), [](const qdot::detail::ConstraintsAt& at) { return at.velocity; });
 }
 
-// The same where y had to be moved onto them: there the way itself depends on where it begins.
+// The derivatives of the projections where y had to be moved onto the constraints: there the displacement itself depends on where
+// it begins.
 void difference_projections(const ModelVariations& equations, const VariedModel& of, double t, const Eigen::VectorXd& given, Eigen::VectorXd& both) {
   const Eigen::Index size = equations.state_size(), starts = equations.start_columns(), n = equations.dof();
   const Eigen::VectorXd y = both.head(size);

@@ -3,9 +3,9 @@
 //
 // A run of any model with its derivatives, compiled once for all scenes.
 //
-// The variational equations of the library (analysis/variations/equations.hpp) on the Model that commands see: ∂f/∂y is exact; ∂f/∂p is differenced between
-// seven models, with order six and from values that are exact to rounding, some twelve digits; impacts, friction and constraints are those of the library.
-// Taylor and Gauss take the graphs of these models in place of f (analysis/variations/recorder.hpp).
+// The variational equations of the library (analysis/variations/equations.hpp) on the Model that commands see. ∂f/∂y is exact. ∂f/∂p is differenced between
+// seven models, with order six and from values that are exact to rounding, to some twelve digits. Impacts, friction and constraints are those of the
+// library. Taylor and Gauss take the graphs of these models in place of f (analysis/variations/recorder.hpp).
 
 #include <functional>
 #include <memory>

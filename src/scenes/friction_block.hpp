@@ -5,7 +5,7 @@
 //
 //     T = ½ m ẋ²,   V = ½ k x²,      Q = −F sgn ẋ while it slides, |Q| ≤ F while it sticks.
 //
-// Each half swing is a half period of a sine about ±F/k, so the turning points lie at |x| lower by 2F/k each time, at multiples
+// Each half swing is a half period of a sine about ±F/k. So the turning points are at |x| lower by 2F/k each time, at multiples
 // of π √(m/k); at the first one with |x| ≤ F/k it sticks.
 
 #include <vector>

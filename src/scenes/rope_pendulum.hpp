@@ -5,8 +5,8 @@
 //
 //     T = ½ m (ẋ² + ẏ²),   V = m g y,      √(x² + y²) ≤ l .
 //
-// Thrown from the bottom with 2 g l < v₀² < 5 g l it rises above the pivot until the tension m (g cos θ + v²/l) is
-// gone, at cos θ = (2 − v₀²/gl)/3 from the bottom; there the rope goes slack and the bob flies a parabola until the rope jerks.
+// Thrown from the bottom with 2 g l < v₀² < 5 g l it rises above the pivot until the tension m (g cos θ + v²/l) is gone, at cos θ
+// = (2 − v₀²/gl)/3 from the bottom. There the rope goes slack and the bob flies a parabola until the rope jerks.
 
 #include <vector>
 

@@ -37,8 +37,8 @@ struct DerivativeOf {};  // the tag of one function's perturbations
 template <class Tag>
 struct SecondSlope {};   // and of those of its gradient
 
-// A function of the library's own whose perturbations bear the tag of its kind, so that duals are of as many types as there are kinds, and not
-// as there are users' functors, for all of which the compiler would write the same arithmetic. What is differentiated inside is nested
+// A function of the library's own whose perturbations bear the tag of its kind. So there are as many types of duals as there are kinds, and
+// not as many as users' functors, for which the compiler would generate the same arithmetic again. What is differentiated inside is nested
 // deeper, which is a type of its own.
 template <class Tag, class F>
 struct Marked : F {};

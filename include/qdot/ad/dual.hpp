@@ -25,10 +25,9 @@
 // differentiated by the inner one.
 //
 // Nesting has one trap, *perturbation confusion*: the ε of an inner derivative must never meet
-// the ε of an outer one as if they were the same. Two things prevent it. An inner derivative is
-// taken over the outer scalar, so that the types differ (Dual<Dual<double>>, not Dual<double>);
-// and gradient(), jacobian() … mark their duals with a Tag of their own, so that two unrelated
-// perturbations do not compile when mixed by mistake.
+// the ε of an outer one as if they were the same. Two things prevent it. An inner derivative is taken over the outer scalar, so
+// that the types differ (Dual<Dual<double>>, not Dual<double>). gradient(), jacobian() … mark their duals with a Tag of their
+// own, so that two unrelated perturbations do not compile when mixed by mistake.
 //
 // Everything is a value. There are no expression templates, hence no dangling temporaries, and
 // `auto` is always safe. Comparisons look at values only: the branch that a program takes is the

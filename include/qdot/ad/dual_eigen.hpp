@@ -6,8 +6,8 @@
 //
 // Eigen asks two things of a scalar. NumTraits says how it behaves: here like a real number without
 // SIMD packets, whose constructor must run and whose precision is that of the number inside.
-// ScalarBinaryOpTraits says what a mixed product is: a dual times a plain number is a dual, so that
-// `m * v` with a double m and a vector v of duals needs no cast.
+// ScalarBinaryOpTraits gives the type of a mixed product. A dual times a plain number is a dual, so `m * v` with a double m and a
+// vector v of duals needs no cast.
 
 #include <type_traits>
 

@@ -11,12 +11,12 @@
 //     └────┴────┴────┴────┴────┴────┴────┴────┘
 //
 // A pack that fits a register is one; a pack wider than a register is two packs of half its width. So the same program runs
-// wherever it is compiled, and how wide the registers are is the compiler's business (-march=native, -mavx2 -mfma): without such
-// an option x86-64 has two lanes to a register.
+// wherever it is compiled. The width of registers depends on the compiler's options (-march=native, -mavx2 -mfma); without them
+// x86-64 has two lanes to a register.
 //
 // Lanes cannot part ways: all of them take the same branch. A comparison of packs is therefore no bool but a PackMask, a truth
-// per lane, and `if` refuses it in English. What a branch would choose, select(x < y, a, b) chooses lane by lane; it
-// does the same for plain numbers, so that a functor which says select runs on packs and on everything else.
+// per lane, and `if` refuses it in English. Where plain code branches, select(x < y, a, b) chooses lane by lane. It does the same
+// for plain numbers, so that a functor with select runs on packs and on everything else.
 //
 // Functions of events in lanes (integrate/lanes/lane_events.hpp) are given a kind that may be asked in `if`, as long as all lanes answer alike. Where they
 // do not, LanesPart is thrown, and each lane is asked by itself.
@@ -316,7 +316,7 @@ template <int lanes, int width>
       condition, a, b);
 }
 
-/// The same for numbers that are no packs: a if the condition holds, otherwise b.
+/// Of numbers that are no packs: a if the condition holds, otherwise b.
 template <std::convertible_to<bool> Condition, class A, class B>
   requires(!requires { Condition::is_register; })
 [[gnu::always_inline]] inline std::common_type_t<A, B> select(const Condition& condition, const A& a, const B& b) {

@@ -3,8 +3,8 @@
 //
 // The functions of <cmath> for packs.
 //
-// sin, cos, exp, log and sqrt are computed in all lanes at once, each in two steps: the argument is brought to a
-// short interval, exactly enough, and a polynomial does the rest. For the sine (Cody and Waite, 1980)
+// sin, cos, exp, log and sqrt are computed in all lanes at once, each in two steps. The argument is reduced to a short interval,
+// exactly enough, and a polynomial does the rest. For the sine (Cody and Waite, 1980)
 //
 //     x = k π/2 + r ,   |r| ≤ π/4 ,      π/2 = p₁ + p₂ + p₃ ,   p₁ and p₂ of 33 bits,
 //
@@ -12,8 +12,8 @@
 // the polynomials need not wait for it. The polynomials are those of fdlibm (Sun Microsystems, 1993), in pairs of terms, which a processor computes
 // at the same time; e^r is Taylor's to r¹³. Errors stay below 1 unit in the last place (tan: 3).
 //
-// Each has a range (|x| ≤ 10⁵ for sine and cosine, |x| ≤ 700 for eˣ, normal positive numbers for the logarithm); lanes outside are
-// handed to <cmath> one by one, and so are all lanes for the functions that a mechanical energy rarely holds (atan2, sinh, …).
+// Each has a range: |x| ≤ 10⁵ for sine and cosine, |x| ≤ 700 for eˣ, normal positive numbers for the logarithm. Lanes outside are
+// handed to <cmath> one by one. So are all lanes for functions that a mechanical energy rarely holds (atan2, sinh, …).
 
 #include <cmath>
 #include <limits>
@@ -160,7 +160,7 @@ template <int lanes, int width>
 
 namespace detail {
 
-// The fast functions, for those who look at their results: NaN where <cmath> is needed.
+// The fast functions, for callers that check the results: NaN where <cmath> is needed.
 template <int lanes, int width>
 [[gnu::always_inline]] inline Pack<lanes, width> fast_sin(const Pack<lanes, width>& x) {
   return by_register<Pack<lanes, width>>(

@@ -6,8 +6,9 @@
 // Code that is fast because everything stays in registers, or because the compiler carries it out while it compiles, has no loops. Compilers unroll
 // loops that are short already; this one is unrolled however long it is.
 //
-// The library's own is inlined always. The users' is not by GCC, which prepares functions in the order of their calls, but does not count calls from
-// functions that are inlined always: it would not know in time what a user's functor calls, and find no hash of it (mechanics/derive/fingerprint.hpp).
+// The library's own is inlined always. The loop for users is not, because of GCC, which prepares functions in the order of their calls. It does not
+// count calls from functions that are inlined always. So it would not know in time what a user's functor calls, and would find no hash of it
+// (mechanics/derive/fingerprint.hpp).
 
 #include <type_traits>
 #include <utility>

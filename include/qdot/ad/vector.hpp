@@ -20,8 +20,8 @@
 #endif
 
 #ifdef EIGEN_DEFAULT_TO_ROW_MAJOR
-// Where Eigen's matrices are stored by rows if nothing is said, qdot's are stored by columns none the less: in namespace qdot these names are meant. A caller
-// who says `using namespace qdot` beside them has to say `::Eigen`.
+// A program may make Eigen store matrices by rows by default; qdot's matrices are stored by columns all the same. Within namespace qdot, `Eigen` means this
+// namespace. Code with `using namespace qdot` writes `::Eigen` for Eigen's own.
 namespace qdot::Eigen {
 
 using namespace ::Eigen;

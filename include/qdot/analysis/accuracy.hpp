@@ -7,11 +7,11 @@
 //                                       by_step("gauss6", [](double h) { return Gauss{.step = h, .stages = 3}; }));
 //     study.cheapest(1e-9)->method        the method, at study.cheapest(1e-9)->setting, that is done first with nine digits
 //
-// A tolerance is a wish about one step. What is left of it at the end depends on the method and on the motion, by
-// factors between 1e-3 and 1e6; so neither the cost nor the accuracy of a method can be read off its tolerance. Here every
-// method runs with a row of tolerances (or steps, where they are fixed), and each run is compared with a reference
-// (reference.hpp). The result is the table from which a method is chosen: the error that is needed, and the cheapest way there.
-// What is measured, and how, stands in accuracy_study.hpp.
+// A tolerance is a wish about one step. The error at the end depends on the method and on the motion, by factors between 1e-3 and
+// 1e6. So neither the cost nor the accuracy of a method follows from its tolerance. Here every method runs with a row of
+// tolerances (or steps, where they are fixed), and each run is compared with a reference (reference.hpp). The result is the table
+// from which a method is chosen: the error that is needed, and the cheapest way there. What is measured, and how, stands in
+// accuracy_study.hpp.
 
 #include <Eigen/Core>
 #include <functional>

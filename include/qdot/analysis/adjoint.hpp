@@ -10,9 +10,9 @@
 //     const auto found = functional_gradient(family, p, t_end, integral(energy), Dop853{});
 //     found.value, found.by_parameters, found.by_start, found.by_end
 //
-// Sensitivities (sensitivity.hpp) carry a column for each parameter through the run. Where one number is asked for, its slope in all of them costs one run
-// forwards and one backwards: λ = ∂F/∂y(t) goes from the end to the start (variations/adjoint_equations.hpp), and gathers on the way what each
-// parameter does. The run is kept as polynomials of t, so nothing has to be stored, repeated or interpolated by the caller.
+// Sensitivities (sensitivity.hpp) carry a column for each parameter through the run. For one number, its slope in all of them costs one run forwards and
+// one backwards. λ = ∂F/∂y(t) goes from the end to the start (variations/adjoint_equations.hpp), and the slopes by parameters are integrated on the way.
+// The run is kept as polynomials of t, so nothing has to be stored, repeated or interpolated by the caller.
 //
 // Events, impacts, contacts and friction are gone through backwards by the transposes of what they do to small differences; where an event
 // stops the run, T moves with it. On constraints λ belongs to tangent vectors, and the start is understood as put onto them first.
@@ -211,8 +211,8 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
 
 /// A functional of the motion of a system or scene, and its gradient with respect to its start.
 ///
-/// One run of y, and one back of the adjoint: some seven evaluations of ∂f/∂y for each step, and of ∂f/∂p, or, from nine parameters of T and V on,
-/// of λ·∂f/∂p by one sweep backwards through them.
+/// One run of y, and one back of the adjoint: some seven evaluations of ∂f/∂y and of ∂f/∂p for each step. From nine parameters of T and V on,
+/// λ·∂f/∂p takes one sweep backwards through them instead.
 ///
 /// @param system   as simulate() has it
 /// @param start    State{t, q, qdot}; on the constraints, if there are any
@@ -230,7 +230,8 @@ auto functional_gradient(const System& system, const Start& start, double t_end,
                                         options, of, Eigen::VectorXd(), detail::FixedStart{});
 }
 
-/// The same, and with respect to parameters of which T and V are made, exactly.
+/// A functional of the motion, and its gradient with respect to its start and to parameters of T and V. Arguments and cost are
+/// those above.
 ///
 /// @param energies_of  p ↦ an object with members T and V, as sensitivities() has it
 /// @param p            parameters
@@ -242,7 +243,7 @@ auto functional_gradient(const EnergiesOf& energies_of, const P& p, const State<
                                         Eigen::VectorXd(p), detail::FixedStart{});
 }
 
-/// The same for a family of problems, which may differ in everything.
+/// A functional and its gradient with respect to p, for a family of problems, which may differ in everything.
 ///
 /// @param family  p ↦ problem(system or scene, start, events(…)) for a vector p of double
 template <class Family, class P, class G, class H, class Method>

@@ -55,8 +55,8 @@ namespace detail {
 // Deviations that grow by more than this within one interval cannot be told from each other at its end.
 inline constexpr double grows_too_far = 1e7;
 
-// Deviations that align because all of them decay, or all but one, grow like a power of the time at most: by ln 2 times that power within the second
-// half of the time, where chaos makes half of its growth.
+// Deviations may align because all of them decay, or all but one. Then growth follows a power of the time at most: by ln 2 times that power within
+// the second half of the time. Chaos makes half of its growth there.
 template <class = void>  // compiled only where it is called
 bool grows_as_chaos_does(const Alignment& found, double t0) {
   const double half = 0.5 * std::abs(found.t - t0), growth = found.growth.back();

@@ -14,17 +14,17 @@
 // h is the energy T + V where T is a quadratic form of the velocities, for then q̇·p = 2T. On a hoop that a motor turns
 // T has a term without velocities; Jacobi's integral h is conserved and T + V is not.
 //
-// All this is read off the formulas. T, V and effects are run once on a scalar that writes down what is done to it, and what does
-// not occur in what was written does not occur. Something may occur and cancel all the same: an angle, where T is made from
-// r cos φ and r sin φ; then its slope is evaluated at scattered points (analysis/symmetry/vanishing.hpp), and the answer says so.
+// All this is read off the formulas. T, V and effects are run once on a scalar that records its operations. A coordinate that
+// does not occur in the recording is cyclic. A coordinate may occur and cancel all the same, as the angle does where T is made
+// from r cos φ and r sin φ. Then its slope is evaluated at scattered points (analysis/symmetry/vanishing.hpp), and the stated
+// reason names this test.
 //
 // Where coordinates are cyclic only together, such as those of two particles that attract each other, a sum of their momenta is conserved
 // (analysis/symmetry/common_shifts.hpp).
 //
-// The answers are "found", with the reason, and "not found", with what is in the way. That something is not found does not say
-// that it is not conserved: a rotation in Cartesian coordinates is no shift of theirs
-// (noether_integral() tests it), and a T that branches on the state has no formula. What the actions of events do is not
-// seen, either.
+// The answers are "found", with the reason, and "not found", with what is in the way. That something is not found does not mean
+// that it is not conserved. A rotation in Cartesian coordinates is no shift of theirs (noether_integral() tests it), and a T that
+// branches on the state has no formula. What the actions of events do is not seen, either.
 
 #include <cmath>
 #include <cstddef>

@@ -73,7 +73,7 @@ struct DampedModes {
 
 namespace detail {
 
-// The sizes of what x is taken from, N: 1 for an effect's own states, whose units nobody knows.
+// The sizes of what x is taken from, N: 1 for an effect's own states, whose units are unknown.
 template <class L>
 Eigen::VectorXd extents(const L& linear) {
   Eigen::VectorXd x = Eigen::VectorXd::Ones(linear.drift.size());
@@ -89,7 +89,8 @@ Eigen::VectorXd step_to_rest(const L& linear) {
   return -Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(linear.A).solve(linear.drift);
 }
 
-// Whether x rests at zero as far as row i says so, and here only rounding is left of it, which is no size to compare with.
+// Whether row i of the linear equations puts the equilibrium at q = 0. Then what is left of q is rounding, which is no size to
+// compare with.
 template <class L>
 bool rests_at_zero(const L& linear, const Eigen::VectorXd& step, Eigen::Index i) {
   for (Eigen::Index j = 0; j < linear.positions; ++j) {

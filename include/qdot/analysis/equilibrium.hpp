@@ -14,9 +14,8 @@
 //
 // Newton's method finds them with the exact Hessian of U, two evaluations of dual numbers a step. It
 // goes to whichever equilibrium is near, stable or not; a step that does not lower |∂U/∂q|, each force beside its own terms, is halved.
-// Along a coordinate that U does not mention (cyclic, such as the position of a cart) nothing is to be
-// found, and q keeps the value it started with: the step is the shortest solution of the
-// linear equations.
+// Along a coordinate that U does not depend on (cyclic, such as the position of a cart) there is nothing to find, and q keeps its
+// initial value. The step is the shortest solution of the linear equations.
 
 #include <algorithm>
 #include <cmath>
@@ -127,8 +126,8 @@ struct EquilibriumOptions {
 
 namespace detail {
 
-// Newton's method on slope(q) = 0 with the slopes K(q) of that. A force is measured by its own terms, Σ |K_ij| (|q_j| + the way that q_j has come), so that
-// units do not matter; where that says nothing, because all is zero but for rounding, steps end that do not get shorter and are below 1e-12.
+// Newton's method on slope(q) = 0 with the slopes K(q) of that. A force is measured by its own terms, Σ |K_ij| (|q_j| + the distance that q_j has come), so
+// that units do not matter. Where these are zero but for rounding, the search ends when steps are below 1e-12 and do not get shorter.
 template <class VectorXd = Eigen::VectorXd, class Slope, class Stiffness>
 VectorXd searched_equilibrium(const Slope& slope_of, const Stiffness& stiffness_of, VectorXd q, const EquilibriumOptions& options) {
   constexpr double soft = 1e-10;  // beside the largest stiffness

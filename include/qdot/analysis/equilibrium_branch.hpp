@@ -8,7 +8,7 @@
 //     for (const auto& branch : found) for (const auto& point : branch.points) … point.p, point.q, point.stability, point.kind
 //
 // Where a scene rests depends on what it is made of, and so does whether it stays there. The equilibrium near a start is followed
-// along its curve (branches/curve.hpp) while a parameter p goes from one value to another, round folds where p turns back, and steady
+// along its curve (branches/curve.hpp) while a parameter p goes from one value to another, round folds where p turns back. Steady
 // motions are followed in the same way, with the rates of cyclic coordinates held. On the way special points are located:
 //
 //     fold      the curve turns back: two equilibria meet, and beyond there is none
@@ -196,8 +196,8 @@ class BranchSearch {
     return std::nullopt;
   }
 
-  // The guess at a distance s from a point, by the cubic through two points of the curve beside it: next to a crossing Newton's method
-  // goes to the curve that is nearer, so the guess must be closer to its own than that is to the other.
+  // The guess at a distance s from a point, by the cubic through two points of the curve beside it. Next to a crossing, Newton's
+  // method goes to the nearer curve. So the guess must be closer to its own curve than that is to the other.
   struct Beside {
     double s;
     CurvePoint point;

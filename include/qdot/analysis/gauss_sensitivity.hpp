@@ -17,8 +17,8 @@
 //     Φᵀ J Φ = J      in (q, p),  to rounding, however long the run.
 //
 // Constraints are forces Wᵀλ, whose slopes are in G (analysis/variations/recorded_mechanics.hpp), and a projection at the end of each
-// step, which is differenced along each column: Φ is the derivative of the numbers there, too, to some twelve digits, but not symplectic,
-// as they are not.
+// step, which is differenced along each column. There, too, Φ is the derivative of the computed numbers, to some twelve digits. It is not
+// symplectic there, since the projected steps are not.
 //
 // δp is carried along; δq̇ = M⁻¹ (δp − ∂p/∂q δq − P_θ) is what is seen. The length of a step is the user's, and no error is estimated; rtol and atol
 // say how closely events are found. Dense output of the columns is of degree 5, as that of the motion.

@@ -17,8 +17,8 @@
 // equation ∂T/∂q̇ = p linear: one step of Newton's method with M solves it, a second one takes away what rounding left.
 // Where T is not quadratic, as with a speed of light, there are more of them, and shorter ones.
 //
-// H may be asked for derivatives, too. A step of Newton's method from the solution with plain numbers, carried out in
-// duals, makes q̇ right to first order; each further one adds an order, whatever M it is done with.
+// H may be asked for derivatives, too. A step of Newton's method from the solution with plain numbers, carried out in duals,
+// makes q̇ right to first order. Each further step adds an order, whatever M it uses.
 
 #include <type_traits>
 
@@ -181,7 +181,7 @@ Hamiltonian<System<E, n, inertia>> hamiltonian_of(const System<E, n, inertia>& s
   return {system};
 }
 
-/// The same of a scene whose effects are terms in T and V.
+/// H, as a function, of a scene whose effects are terms in T and V.
 template <class Sys, class... Effects>
 auto hamiltonian_of(const Scene<Sys, Effects...>& scene) {
   using Sc = Scene<Sys, Effects...>;

@@ -27,7 +27,8 @@
 // Contacts that are closed and friction that sticks are constraints, those that are open or slide are none. At the edge of a phase, where a
 // reaction is 0 or friction holds all that it can, there is no linearization, and none is given.
 //
-// At a kink of T, V or a force (the tie of a max, say) f has a slope on each side and none between them: that is refused, where the two differ.
+// At a kink of T, V or a force (the tie of a max, say) f has a slope on each side and none between them. The state is refused where the two
+// differ.
 //
 // The state need not rest: `drift` is P f, what x does by itself. Stability, modes and regulators (damped_modes.hpp,
 // regulator.hpp) ask that it is zero but for cyclic coordinates that turn.
@@ -185,13 +186,13 @@ Linearization linearization(const Scene<Sys, Effects...>& scene, const State<Sys
   }
 }
 
-/// The same of a system.
+/// The linearization of a system.
 template <class E, int n, Inertia inertia, class... Inputs>
 Linearization linearization(const System<E, n, inertia>& system, const State<n>& state, const Inputs&... inputs) {
   return linearization(scene(system, inputs...), state);
 }
 
-/// The same at a steady state of the scene, from equilibrium_near() or steady_motion_near().
+/// The linearization at a steady state of the scene, from equilibrium_near() or steady_motion_near().
 template <class Sys, class... Effects, class... Inputs>
 Linearization linearization(const Scene<Sys, Effects...>& scene, const SteadyState<Scene<Sys, Effects...>>& found,
                             const Inputs&... inputs) {

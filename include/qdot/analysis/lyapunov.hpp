@@ -27,8 +27,8 @@
 //
 // Deviations are of q, q̇ and the own states of effects, not of momenta; exponents are the same in both while M stays bounded. On m constraints
 // 2m directions lead out and have no exponent: there are so many fewer, and so it is with a contact that is closed; friction that sticks
-// takes one. Events and impacts are in Φ. A contact that comes to rest and a friction that begins to stick make an end of deviations: the run then ends
-// as not_differentiable and says how many directions are left; ask for so many.
+// takes one. Events and impacts are in Φ. Deviations are lost where a contact comes to rest or a friction begins to stick. The run then ends as
+// not_differentiable, and its message tells how many directions are left; ask for so many.
 
 #include <algorithm>
 #include <cmath>

@@ -20,11 +20,11 @@
 //
 // Is S the least of all paths near by? Only as far as the first point conjugate to t_a (Jacobi). Beyond, each conjugate point adds its multiplicity
 // to Morse's index, the number of independent directions of change in which S is largest instead (analysis/paths/conjugate_points.hpp). At a
-// conjugate point itself Newton's equations are singular: neighbours with other velocities arrive as well, or nobody does. That has a name,
-// conjugate_ends.
+// conjugate point itself Newton's equations are singular: either neighbouring motions with other velocities arrive as well, or none does.
+// The outcome is then conjugate_ends.
 //
-// Asked for are systems and scenes whose forces all come from T and V. Constraints and other forces are refused: what they do is not in L, and on
-// constraints not every q has neighbours on all sides.
+// Only systems, and scenes whose forces all come from T and V, are taken. Constraints and other forces are refused: their effect is not in L, and
+// on constraints not every q has neighbours on all sides.
 
 #include <cmath>
 #include <cstddef>
@@ -226,7 +226,7 @@ MotionBetween<n> motion_between(const System<E, n, Inertia::positive_definite>& 
   return result;
 }
 
-/// The same from the straight line.
+/// The motion between two places, searched for from the straight line.
 template <class E, int n, class A, class B>
 MotionBetween<n> motion_between(const System<E, n, Inertia::positive_definite>& system, const Eigen::MatrixBase<A>& q_a, double t_a,
                                 const Eigen::MatrixBase<B>& q_b, double t_b, const BetweenOptions& options = {}) {
@@ -235,7 +235,7 @@ MotionBetween<n> motion_between(const System<E, n, Inertia::positive_definite>& 
   return motion_between(system, q_a, t_a, q_b, t_b, detail::StraightPath<n>{q_a, (q_b - q_a) / (t_b - t_a), t_a}, options);
 }
 
-/// The same of a scene whose effects are terms in T and V.
+/// The motion between two places of a scene whose effects are terms in T and V.
 template <class Sys, class... Effects, class A, class B, class... More>
 MotionBetween<Sys::dof_at_compile_time> motion_between(const Scene<Sys, Effects...>& scene, const Eigen::MatrixBase<A>& q_a, double t_a,
                                                        const Eigen::MatrixBase<B>& q_b, double t_b, const More&... more) {

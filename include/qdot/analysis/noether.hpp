@@ -12,12 +12,13 @@
 //
 //     ∂L/∂q·ξ + ∂L/∂q̇·ξ̇ = dF/dt        then        I = p·ξ − F        is conserved.
 //
-// For with ṗ = ∂L/∂q the left side is d/dt (p·ξ). Translations give momenta, rotations angular momenta, and
-// a change to a moving frame, x' = x + s t with F = m x, gives p t − m x: where the centre of mass was at t = 0.
+// For with ṗ = ∂L/∂q the left side is d/dt (p·ξ). Translations give momenta, rotations angular momenta. A change to a moving
+// frame, x' = x + s t with F = m x, gives p t − m x: where the centre of mass was at t = 0.
 //
 // ξ and ξ̇ come from duals, so they are exact, and what is left of the equation is rounding or a violation. It must hold for all q and q̇, and is
-// looked at for some: at states that are given, or at scattered ones. A symmetry in the technical sense holds at all of them;
-// one that holds on the motion only, such as that behind the Laplace–Runge–Lenz vector, moves velocities and is none of these families.
+// looked at for some: at states that are given, or at scattered ones. A symmetry in the technical sense holds at all of them. A
+// symmetry that holds on the motion only moves velocities and is none of these families; an example is that behind the
+// Laplace–Runge–Lenz vector.
 //
 // In a scene İ gains ξ·Q of the forces and ξ·Jᵀλ of the constraints: the first is added to the violation, and Jξ must be zero. States that are
 // given lie on the constraints; scattered ones do not, and a constraint that is symmetric only there asks for states.

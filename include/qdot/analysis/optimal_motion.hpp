@@ -284,8 +284,8 @@ auto optimal_motion_of(const Sc& scene, const OptimalTask<Sc::dof_at_compile_tim
 
 /// The motion of a scene with inputs from a state to another at the least cost, near the straight line between them.
 ///
-/// For each iteration on a mesh of K intervals and s stages, K s times the slopes and the curvature of the scene: (2n + m + 1)(2n + m + 4)/2
-/// evaluations of T, V and effects on duals of duals; and a sparse factorization.
+/// For each iteration on a mesh of K intervals and s stages, K s times the slopes and the curvature of the scene, and a sparse
+/// factorization. Slopes and curvature are (2n + m + 1)(2n + m + 4)/2 evaluations of T, V and effects on duals of duals.
 ///
 /// @param scene  whose effects have no states but inputs, and without constraints
 /// @param cost   least_time(), least_integral(ℓ) or least_integral(ℓ, Φ)
@@ -298,7 +298,7 @@ OptimalMotion<Sys::dof_at_compile_time> optimal_motion(const Scene<Sys, Effects.
   return detail::optimal_motion_of(scene, task, cost, options, {});
 }
 
-/// The same near a path t ↦ q, generic in t.
+/// The optimal motion near a path t ↦ q, generic in t.
 template <class Sys, class... Effects, class Cost, class Path>
   requires(!std::is_same_v<Path, OptimalOptions>)
 OptimalMotion<Sys::dof_at_compile_time> optimal_motion(const Scene<Sys, Effects...>& scene, const OptimalTask<Sys::dof_at_compile_time>& task,

@@ -100,7 +100,7 @@ struct Orbit {
   bool found() const noexcept { return outcome == OrbitOutcome::found; }
 };
 
-/// The same with its start as a state of the system.
+/// A periodic orbit, with its start as a state of the system.
 template <int n>
 struct PeriodicOrbit : Orbit {
   /// A point of it, as a time, coordinates and velocities.

@@ -105,7 +105,7 @@ struct OrbitsOfFamily {
   std::vector<FamilyOrbit> orbits{};                 ///< in the order of arc length
 };
 
-/// The same with their starts as states of the system.
+/// Orbits of a family, with their starts as states of the system.
 template <int n>
 struct OrbitFamily : OrbitsOfFamily {
   /// The start of orbit number i.

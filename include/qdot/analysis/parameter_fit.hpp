@@ -117,7 +117,7 @@ ParameterFit parameter_fit(const Family& family, const FitParameter (&parameters
   return detail::best_parameters(task);
 }
 
-/// The same of one experiment.
+/// A fit of parameters to one experiment.
 template <class Family, int m, int n, class Method, class Outputs = AllCoordinates>
 ParameterFit parameter_fit(const Family& family, const FitParameter (&parameters)[m], const Experiment<n>& experiment, const Method& method,
                            const Options& options = {}, const Outputs& outputs = {}, const FitOptions& search = {}) {

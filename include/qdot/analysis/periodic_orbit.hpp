@@ -7,9 +7,9 @@
 //     const auto swing = periodic_orbit_near(pendulum, State<1>{0.0, {1.3}, {0.0}}, 7.0, hold_coordinate(0));
 //     swing.period, swing.multipliers, description(swing.stability)
 //
-// A start and a guess of the period are improved by Newton's method until the motion closes, by single shooting: one run
-// with its derivatives (analysis/sensitivity.hpp) for each step, exact through events, impacts and friction. What makes the
-// answer one orbit and not a family of them depends on what moves:
+// A start and a guess of the period are improved by Newton's method until the motion closes, by single shooting. Each step takes
+// one run with its derivatives (analysis/sensitivity.hpp), exact through events, impacts and friction. What makes the answer one
+// orbit and not a family of them depends on what moves:
 //
 //     nothing depends on the time, energy is lost and fed in       hold_nothing()      a limit cycle stands alone
 //     energy is conserved: orbits come in families                 hold_energy()       that of the start, or a given one

@@ -7,10 +7,10 @@
 //     exact.y.col(2)          y(5) in long double
 //     exact.uncertainty       how far two independent computations of it differ
 //
-// An error can only be measured against something better. A run of the same stepper at a tighter tolerance is not: it
-// shares the stepper's faults, and its rounding errors, amplified by the motion, are as large as those it should reveal. Here the
-// equations of motion are evaluated in a scalar with more digits (long double, or a quadruple type), through the same T and V,
-// and stepped by extrapolation, a method that this library uses for nothing else.
+// An error can only be measured against something better. A run of the same stepper at a tighter tolerance is not. It shares the
+// stepper's faults, and its rounding errors, amplified by the motion, are as large as those it should reveal. Here the equations
+// of motion are evaluated in a scalar with more digits (long double, or a quadruple type), through the same T and V. They are
+// stepped by extrapolation, a method that this library uses for nothing else.
 //
 // Gragg, Bulirsch, Stoer. One basic step H is done by the midpoint rule with n₁ < n₂ < … < n_K substeps h = H/n,
 //
@@ -23,13 +23,13 @@
 // removes one power of h², and T_{K,K} has order 2K. The last difference controls H. All of it is done with the increments z − y:
 // extrapolation multiplies rounding errors (here by 16 and 9; by 256 if nⱼ = 2, 4, 6 … 18), and those of increments are small.
 //
-// A quick first computation finds how large each component becomes: tolerances and errors are relative to that, because
-// digits of a component that passes through zero cannot be had from the others' rounding errors.
+// A quick first computation finds how large each component becomes, and tolerances and errors are relative to that. Digits of a
+// component that passes through zero cannot be had from the others' rounding errors.
 //
 // Then it is done twice, with two sequences nⱼ, two orders and two tolerances; the larger difference of the two over all times
-// is the reference's statement about itself. Another computation, from a start moved by 1e-10, gives the gain: by how much
-// the motion has amplified a relative error of its start. gain · 1.1e-16 is the rounding floor, below which no method that
-// carries its state in double can be expected to come.
+// is the reference's statement about itself. Another computation, from a start moved by 1e-10, gives the gain: by how much the
+// motion has amplified a relative error of its start. The rounding floor is gain · 1.1e-16. No method that carries its state in
+// double can be expected to come below it.
 //
 // References: W. Gragg, SIAM J. Numer. Anal. 2 (1965) 384; R. Bulirsch and J. Stoer, Numer. Math. 8 (1966) 1;
 // E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.8–II.9.

@@ -32,7 +32,7 @@ void write_derivative(const System<E, n, inertia>& system, const S& t, const Vec
   ydot.tail(k) = acceleration(system, q, qdot, t);
 }
 
-// The same of a scene without constraints.
+// ydot ← f(t, y) of a scene without constraints.
 template <class Sys, class... Effects, class S>
   requires has_any_scalar<Scene<Sys, Effects...>>::value
 void write_derivative(const Scene<Sys, Effects...>& scene, const S& t, const Vector<S, Dynamic>& y, Vector<S, Dynamic>& ydot) {

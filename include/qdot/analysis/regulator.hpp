@@ -208,7 +208,7 @@ Regulator regulator(const std::type_identity_t<MatrixXd>& A, const std::type_ide
   return detail::regulator_of(A, B, Q, R, [](Eigen::Index i) { return "x" + std::to_string(i); });
 }
 
-/// The same for a linearization at an equilibrium or a steady motion: u − u₀ = −K x.
+/// The regulator of a linearization at an equilibrium or a steady motion: u − u₀ = −K x.
 ///
 /// @throws as above; and InvalidValue when the state does not stay
 template <class L, class MatrixXd = Eigen::MatrixXd>

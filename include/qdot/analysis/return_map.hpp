@@ -20,8 +20,8 @@
 //
 //     ∇g·δ = 0 ,          and 2n − 2, if it also stays on the energy level,          ∇h·δ = 0 ,      h = q̇·p − L .
 //
-// In a coordinate and its momentum the latter keeps areas: its determinant is 1, and its eigenvalues at a fixed point, P x = x, are the multipliers of the
-// periodic orbit (analysis/periodic_orbit.hpp) that are not 1.
+// In a coordinate and its momentum the latter map keeps areas: its determinant is 1. Its eigenvalues at a fixed point, P x = x, are the multipliers
+// of the periodic orbit (analysis/periodic_orbit.hpp) that are not 1.
 //
 // Where the motion only grazes the surface, ∇g·f ≈ 0, there is no DP: beside it motions miss the surface.
 

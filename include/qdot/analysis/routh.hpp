@@ -9,8 +9,9 @@
 //
 //     R(q, q̇, t) = L − β·ẋ ,       with ẋ from  ∂L/∂ẋ = β .
 //
-// n − k coordinates are left, and forces that only the rotation of what was left out explains: the barrier that keeps a
-// pendulum in space away from the vertical, the stiffness of a spinning top. To see them, let T be quadratic in the velocities,
+// n − k coordinates are left, with forces that only the rotation of the eliminated coordinates explains. Examples are the barrier
+// that keeps a pendulum in space away from the vertical, and the stiffness of a spinning top. To see them, let T be quadratic in
+// the velocities,
 //
 //     ∂T/∂ẋ = A(q,t) ẋ + C(q,t) q̇ + b(q,t) ,      u = −A⁻¹ C q̇ ,      w = A⁻¹ (β − b) .
 //
@@ -324,7 +325,8 @@ RouthReduction<E, n, inertia, ignored...> routh_reduction(const System<E, n, ine
   return reduction;
 }
 
-/// The same of a scene whose effects are terms in T and V; forces and constraints are given to the scene of the reduced system.
+/// The reduction of a scene whose effects are terms in T and V. Forces and constraints are given to the scene of the reduced
+/// system.
 template <int... ignored, class Sys, class... Effects>
 auto routh_reduction(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& start) {
   using Sc = Scene<Sys, Effects...>;

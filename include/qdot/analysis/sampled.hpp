@@ -164,7 +164,7 @@ SampledRegulator sampled_regulator(const std::type_identity_t<MatrixXd>& A, cons
   return detail::sampled_regulator_of(A, B, Q, R, [](Eigen::Index i) { return "x" + std::to_string(i); });
 }
 
-/// The same for a linearization at an equilibrium or a steady motion: u_k − u₀ = −K x_k.
+/// The sampled regulator of a linearization at an equilibrium or a steady motion: u_k − u₀ = −K x_k.
 ///
 /// @throws as above; and InvalidValue when the state does not stay
 template <class L, class MatrixXd = Eigen::MatrixXd>

@@ -6,14 +6,14 @@
 //     const auto s = second_sensitivities(system, State<2>{0.0, q, qdot}, 3.0, Taylor{}, {.rtol = 1e-13, .atol = 1e-14});
 //     s.second[i](a, b)     ∂²yᵢ/∂x_a∂x_b, x as in the columns of s.Phi
 //
-// They say how a cost, a target or an estimate bends: what Newton's method needs beyond that of Gauss and Newton, and the first term that a linear propagation
-// of errors leaves out,
+// They say how a cost, a target or an estimate bends. Newton's method needs them where that of Gauss and Newton does not. They also give the first term that a
+// linear propagation of errors leaves out,
 //
 //     y(t; x + δ) = y + Φ δ + ½ δᵀ (∂²y/∂x∂x) δ + … ,       E[yᵢ] = yᵢ + ½ tr(secondᵢ · Cov x) .
 //
-// y, Φ and the second derivatives are one system: for each pair a ≤ b a column x_ab, which starts at zero and fulfils the linear equations of Φ with a summand
-// that is known from x_a and x_b (analysis/variations/variation_series.hpp). They are exact but for the steps, whose errors are controlled for all of them
-// alike: options.atol holds for x_ab per units of x_a and x_b. With k columns there are k(k + 1)/2 pairs.
+// y, Φ and the second derivatives are one system, with a column x_ab for each pair a ≤ b. It starts at zero and fulfils the linear equations of Φ with a known
+// summand of x_a and x_b (analysis/variations/variation_series.hpp). They are exact but for the steps, whose errors are controlled for all of them alike:
+// options.atol holds for x_ab per units of x_a and x_b. With k columns there are k(k + 1)/2 pairs.
 //
 // The steps are those of Taylor{}. Through events that change the state second derivatives jump as the first do, differenced to some ten digits
 // (analysis/variations/second_saltation.hpp). Constraints, contacts, dry friction and families of problems are refused while compiling.
@@ -51,7 +51,7 @@ template <int n = Dynamic>
 struct SecondSensitivities : Sensitivities<n> {
   std::vector<Eigen::MatrixXd> second;  ///< second[i](a, b) = ∂²yᵢ/∂x_a∂x_b at the fixed time t, for the columns a and b of Φ; symmetric
 
-  /// The same at a time.
+  /// Second derivatives as in `second`, at a time.
   ///
   /// @throws InvalidValue  when the time is not within the run, or no trajectory was kept
   std::vector<Eigen::MatrixXd> second_at(double time) const {
@@ -97,7 +97,8 @@ auto second_sensitivities(const System& system, const State<n>& start, double t_
                                          wanted);
 }
 
-/// The same, and with respect to parameters of which T and V are made.
+/// The motion with its first and second derivatives with respect to its start and to parameters of T and V. Other arguments are
+/// those above.
 ///
 /// @param energies_of  p ↦ an object with members T and V, for a vector p of any scalar
 /// @param p            parameters

@@ -25,8 +25,8 @@
 //
 // Functors that branch are watched, and Φ has the jump that a jump of f makes (analysis/variations/branches.hpp).
 //
-// What there is no derivative of is not made up. A motion that only grazes an event, two events that fall together and act on each other, an action with
-// a kink or with another result at each call end the run as not_differentiable; what was found before is returned.
+// What there is no derivative of is not made up. A run ends as not_differentiable at a motion that only grazes an event and at two simultaneous events
+// that act on each other. It does so too at an action with a kink or with another result at each call. The results before that are returned.
 //
 // Where the motion is stiff, CvodeBdf{} takes the steps: ∂f/∂y is the Jacobian of each column of Φ, too, and its matrix for y and k columns has 2n(k + 1) rows.
 //
@@ -174,9 +174,9 @@ struct Preparation {
   static void prepare(Variations<Model>&) {}
 };
 
-// How many components [y; columns of Φ] has, with columns of the parameters and with or without those of the start; Dynamic where nobody
-// knows, or where steps that are written out for so many are no faster. Each size is one more loop of a run to compile, shared by all
-// models.
+// How many components [y; columns of Φ] has, with the columns of the parameters and with or without those of the start. Dynamic where
+// the number is not known at compile time, or where unrolled steps of that size are no faster. Each size is one more loop of a run to
+// compile, shared by all models.
 inline constexpr int most_components_in_sight = 20;
 template <class Model>
 consteval int size_in_sight(bool with_start) {
@@ -203,7 +203,7 @@ Run<Dynamic> run_with_branches(Variations<Model>& equations, const FunctorBranch
   return {};
 }
 
-// Tolerances of y that nobody gave, from the sizes of the motion itself.
+// Tolerances of y that the user did not give, from the sizes of the motion itself.
 template <class Model>
 void set_natural_tolerances(Variations<Model>& equations, const Options& options, double t, const Eigen::VectorXd& both, double t_end) {
   if (!options.atol.is_default() || t_end == t) return;
@@ -332,7 +332,8 @@ auto sensitivities(const System& system, const Start& start, double t_end, const
                                   wanted, detail::FixedStart{});
 }
 
-/// The same, and with respect to parameters of which T and V are made, exactly.
+/// The motion and its derivatives with respect to its start and, exactly, to parameters of T and V. Other arguments and the cost
+/// are those above.
 ///
 /// @param energies_of  p ↦ an object with members T and V, for a vector p of double and of duals; it computes with the scalar of p
 /// @param p            parameters
@@ -343,7 +344,7 @@ auto sensitivities(const EnergiesOf& energies_of, const P& p, const State<n>& st
   return detail::sensitivities_of(detail::energies_model<n>(energies_of, p, events), start, events, t_end, method, options, wanted, detail::FixedStart{});
 }
 
-/// The same for a family of problems, which may differ in everything.
+/// The motion and its derivatives with respect to p, for a family of problems, which may differ in everything.
 ///
 /// @param family  p ↦ problem(system or scene, start, events(…)) for a vector p of double
 /// @param wanted  which columns Φ has besides those of p; none, unless asked for

@@ -39,7 +39,7 @@ struct SteadyState {
 
 namespace detail {
 
-// In the phases that the search comes to: contacts that would be penetrated are closed, those that would pull are opened, and where nothing can rest
+// In the phases that the search comes to. Contacts that would be penetrated are closed, those that would pull are opened, and where nothing can rest
 // the nearest one is closed.
 template <class Sc>
 Eigen::VectorXd steady_state_in_phases(const Sc& scene, const Flow& flow, const SteadySearch& search, const Coordinates<Sc>& q, const Coordinates<Sc>& qdot) {
@@ -117,7 +117,7 @@ SteadyState<Scene<Sys, Effects...>> steady_motion_near(const Scene<Sys, Effects.
                                  {"steady_motion_near", options.max_iterations, options.tolerance});
 }
 
-/// The same of a system without effects.
+/// The steady motion of a system without effects.
 template <class E, int n, Inertia inertia, class Q, class Rates>
 SteadyState<Scene<System<E, n, inertia>>> steady_motion_near(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& start,
                                                              const Eigen::MatrixBase<Rates>& rates,

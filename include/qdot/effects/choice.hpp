@@ -5,8 +5,8 @@
 //
 //     scene(cart, only_if<with_friction>(friction), only_if<with_motor>(motor))
 //
-// An effect that is off leaves no trace: scene() drops it before the scene's type is made, so that the scene is of the same
-// type as one that never named it, and the same instructions run.
+// An effect that is off leaves no trace: scene() drops it before the scene's type is made. So the scene has the same type as one
+// without it, and the same instructions run.
 
 #include <tuple>
 #include <type_traits>

@@ -7,10 +7,10 @@
 //     prescribed      q_k − s(t) = 0         a drive: its multiplier is the force that the drive needs
 //     nonholonomic    a(q, q̇, t) = 0         rolling, skates; linear in q̇, and not the rate of any φ
 //
-// Each may have several rows and a name, which messages use. A functor that returns a vector of run-time length says how many
-// rows it means, holonomic<3>("loop", phi): then sizes are known to the compiler, and every result is compared with them. Write a
-// constraint so that its gradient does not vanish where it is satisfied: x² + y² − l² is good, (x² + y² − l²)² is not, and √(x² + y²) − l
-// is as good as the first, since rows are scaled before their rank is judged.
+// Each may have several rows and a name, which messages use. A functor that returns a vector of run-time length is given its number of
+// rows, holonomic<3>("loop", phi). Then sizes are known to the compiler, and every result is compared with them. Write a constraint so
+// that its gradient does not vanish where it is satisfied: x² + y² − l² is good, (x² + y² − l²)² is not. √(x² + y²) − l is as good as the
+// first, since rows are scaled before their rank is judged.
 
 #include <string>
 #include <utility>
@@ -110,7 +110,8 @@ PrescribedCoordinate<F> prescribed(std::string name, Eigen::Index coordinate, F 
   return {std::move(name), coordinate, std::move(s)};
 }
 
-/// The same for a coordinate known to the compiler, which then says if it does not exist: prescribed<1>("motor", s).
+/// Coordinate k follows s(t), for a k known to the compiler: prescribed<1>("motor", s). A coordinate that does not exist is a
+/// compile error.
 template <int k, class F>
 PrescribedCoordinate<F, k> prescribed(std::string name, F s) {
   return {std::move(name), k, std::move(s)};

@@ -18,7 +18,7 @@
 // So a bouncing ball does not bounce for ever, and does not fall through the floor either: after the impacts that
 // the tolerances can resolve it lies on it. Its remaining hops, e times lower each time, are left out.
 //
-// Backward in time an impact has no answer: many motions lead into the same one. A run that meets one says so and ends.
+// Backward in time an impact has no answer: many motions lead into the same one. A run that meets one ends and names it.
 //
 // Friction does not depend on λ here: dry_friction.hpp takes the normal force as a function of the state.
 

@@ -3,9 +3,9 @@
 //
 // Dissipation: what takes energy out.
 //
-// A Rayleigh function R(q, q̇) ≥ 0 gives the forces Q = −∂R/∂q̇. They take the power −q̇·Q = q̇·∂R/∂q̇ out of the
-// system, which is 2R when R is quadratic in q̇ (viscous damping), 3R when it is cubic (quadratic drag), R when it
-// is of first degree (dry friction).
+// A Rayleigh function R(q, q̇) ≥ 0 gives the forces Q = −∂R/∂q̇. They take the power −q̇·Q = q̇·∂R/∂q̇ out of the system. That is
+// 2R when R is quadratic in q̇ (viscous damping), 3R when it is cubic (quadratic drag), and R when it is of first degree (dry
+// friction).
 //
 // Between two points it is the distance ℓ(q) that matters: a spring-damper with tension f(ℓ, ℓ̇) has Q = −f ∂ℓ/∂q.
 // Its energy, if it stores any, belongs into V; so a linear spring-damper plays two roles, a potential and a force.

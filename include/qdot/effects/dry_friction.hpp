@@ -138,7 +138,7 @@ auto dry_friction(std::string name, Velocity v, Sliding F_k, Sticking F_s) {
   }
 }
 
-/// The same with one limit for sliding and sticking.
+/// Dry friction with one limit F for sliding and sticking.
 template <class Velocity, class Sliding>
 auto dry_friction(std::string name, Velocity v, Sliding F) {
   return dry_friction(std::move(name), std::move(v), F, F);

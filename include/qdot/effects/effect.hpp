@@ -17,8 +17,8 @@
 //     nonholonomic         velocity_constraint(q, qdot, t) a(q, q̇, t) = 0, linear in q̇,        J = ∂a/∂q̇
 //     switching            is_active(z[0])                 a constraint that holds only in some phases of the effect;
 //                                                          the phase is its own state, constant between events
-//     time                 takes_time<n>                   nothing: false where no functor of the effect takes the time, so that nobody
-//                                                          looks for what time brings (integrate/watch/time_watch.hpp)
+//     time                 takes_time<n>                   nothing: false where no functor of the effect takes the time, and then the
+//                                                          time watch is not needed (integrate/watch/time_watch.hpp)
 //     fit                  require_fit(q)                  nothing: throws, when the scene is made, if the effect can't act on
 //                                                          a system with as many coordinates as q has entries
 //
@@ -46,7 +46,8 @@ namespace detail {
 template <int n>
 using Point = Vector<double, n>;
 
-// Whether a functor of q, or of q and q̇, asks for the time as well. One that says so itself is believed; a plain number asks for nothing.
+// Whether a functor of q, or of q and q̇, asks for the time as well. A member takes_time<n> of the functor decides, if it has one; a plain
+// number does not ask for it.
 template <int n, class F, int vectors>
 consteval bool functor_takes_time() {
   using Q = Point<n>;

@@ -195,9 +195,9 @@ struct NonInertialFrame {
 
 /// What a mass m at r(q), given in coordinates of a moving frame, feels of the frame's motion.
 ///
-/// T of the system is the one seen *in* the frame. With v the velocity in the frame, Ω its angular velocity
-/// and a the acceleration of its origin (both in frame axes), L gains m v·(Ω × r) + ½ m (Ω × r)² − m a·r:
-/// Coriolis, centrifugal, Euler and translational forces. Exact for every Ω(t), a(t).
+/// T of the system is the one seen *in* the frame. Let v be the velocity in the frame, Ω its angular velocity and a the
+/// acceleration of its origin, both in frame axes. Then L gains m v·(Ω × r) + ½ m (Ω × r)² − m a·r: Coriolis, centrifugal, Euler
+/// and translational forces. Exact for every Ω(t), a(t).
 ///
 /// @param Omega, a  functions of time that return vectors of 3 of its scalar
 template <class Position, class Omega, class Acceleration>

@@ -13,10 +13,9 @@
 //     Newton     u⁺ ≥ −e u⁻      velocities:   0 ≤ Λ ⟂ u⁺ + e u⁻ ≥ 0
 //     Poisson    Λ = Λ_C + Λ_E   impulses:     compression to u ≥ 0 by Λ_C, then expansion by at least Λ_E = e Λ_C
 //
-// For a single contact the two agree. Where several contacts are closed at once the rule is: those that approach
-// take the blow together (one complementarity problem); if that drives others together, they take theirs
-// next; until none approaches. So Newton's cradle passes the blow on from ball to ball, and a ball in a corner
-// is thrown back by both walls at once. In each of these blows
+// For a single contact the two agree. Where several contacts are closed at once, those that approach take the blow together (one
+// complementarity problem). If that makes others approach, these take theirs next, until none approaches. So Newton's cradle
+// passes the blow on from ball to ball, and a ball in a corner is thrown back by both walls at once. In each of these blows
 //
 //     ΔT = ½ Λᵀ (u⁺ + u⁻) = −½ Σ (1 − eᵢ) Λᵢ |uᵢ⁻| ≤ 0      (Newton),
 //

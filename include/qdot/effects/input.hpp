@@ -5,9 +5,9 @@
 //
 //     M q̈ = rhs + Q(q, q̇, u)
 //
-// The inputs u are states of the effect that nobody changes, u̇ = 0: in a run they keep the values that they were
-// given, and derivatives with respect to them come with those of all states, exact. A linearization
-// (analysis/linearization.hpp) takes them out again and calls their columns B.
+// The inputs u are states of the effect with u̇ = 0: in a run they keep the values that they were given. Derivatives with respect
+// to them come with those of all states, exact. A linearization (analysis/linearization.hpp) takes them out again and calls their
+// columns B.
 
 #include <string>
 #include <type_traits>

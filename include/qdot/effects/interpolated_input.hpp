@@ -4,14 +4,14 @@
 // An input that goes linearly from value to value.
 //
 // A digital controller holds its output from one instant to the next, and an input() does. A measured signal, or the output of another
-// simulator that is known at its communication points only, is better taken linear between them: held values lag by half an interval,
+// simulator, is often known at some times only. Linear interpolation between these is better: held values lag by half an interval,
 // linear ones err by its square.
 //
 //     u̇ = s ,  ṡ = 0          while t < t_end ,        u = u_end ,  s = 0     from then on
 //
-// The slope s, the end and its time are states of the effect beside u, so what copies, saves or restores the state of a scene has all of the
-// ramp, and the equations are smooth from one end to the next: whoever advances the scene lands on t_end and puts u there, exactly
-// (integrate/simulator.hpp, ramp_input). An input that is only held needs none of it and pays for none of it.
+// The slope s, the end and its time are states of the effect beside u. So a copied, saved or restored state of a scene has all of the ramp.
+// The equations are smooth from one end to the next: Simulator::ramp_input (integrate/simulator.hpp) lands on t_end and gives u its value
+// there, exactly. An input that is only held needs none of it and pays for none of it.
 //
 // Of each input four numbers stand in z, block by block: [u; s; u_end; t_end].
 

@@ -18,12 +18,12 @@
 //
 // Projecting that away puts noise into each step, most of it where there is least inertia. No harm is done where a coordinate
 // moves by about its own rounding. But an elastic deflection of 1e-6 m beside a slider at 0.5 m moves by 10⁴ of its roundings,
-// and rings: on the flexible slider crank (docs/hard-cases.md) that cost two to three digits. So where rounding explains the
-// residual, |φᵢ| ≤ 64 ρᵢ, and a residual of ρ would move some coordinate by more than 1000 ε|qⱼ|, it is undone where it came
-// from, by the shortest way in the metric Σ (δqⱼ/qⱼ)².
+// and rings: on the flexible slider crank (docs/hard-cases.md) that cost two to three digits. So two conditions are tested:
+// rounding explains the residual, |φᵢ| ≤ 64 ρᵢ, and a residual of ρ would move some coordinate by more than 1000 ε|qⱼ|. Where
+// both hold, the residual is removed by the shortest way in the metric Σ (δqⱼ/qⱼ)².
 //
-// M and J are factored where Newton's method begins, and again where it has come further than 1e-8 of the coordinates from there: behind a step of an
-// integrator one factorization does for all. Velocities are projected with those factors where what J changes on the way is far below their rounding.
+// M and J are factored where Newton's method begins, and again where it has moved further than 1e-8 of the coordinates from there. After a step of an
+// integrator one factorization is enough. Velocities are projected with those factors where what J changes on the way is far below their rounding.
 //
 // The same two steps turn a rough initial state into a consistent one, and say what they moved.
 
@@ -51,7 +51,7 @@ namespace detail {
 template <class = void>
 ProjectionReport projected(const SceneRows& rows, ConstraintGeometry& geometry, Column& q, Column& qdot, double t, const Column& z);
 
-// The same for scenes that project after each step, with few rows: as fast as if it were written for the scene.
+// Projects q and q̇ of scenes with few rows that project after each step: as fast as if it were written for the scene.
 template <int n, int m>
 ProjectionReport projected_by_size(const SceneRows& rows, Vector<double, n>& q, Vector<double, n>& qdot, double t, double cutoff, const Column& z);
 

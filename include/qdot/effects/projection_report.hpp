@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What a projection onto the constraints did (projection.hpp): plain numbers, for those who only want to read them.
+// What a projection onto the constraints did (projection.hpp): plain numbers, for code that only reads them.
 
 #include <cstddef>
 #include <limits>

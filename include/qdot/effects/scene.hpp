@@ -10,10 +10,9 @@
 //
 //     M q̈ = rhs + Σ Q + Jᵀ λ .
 //
-// Terms that belong into the Lagrangian are folded into T and V (effects/equations/energy_terms.hpp) before anything is differentiated, so
-// that they share their derivatives; a scene without such terms keeps the system's own, and a scene without
-// any effects *is* the system as far as the compiler can see: acceleration(scene, …) is a call of
-// acceleration(system, …) and nothing more.
+// Terms of the Lagrangian are added to T and V (effects/equations/energy_terms.hpp) before anything is differentiated, so that they share
+// their derivatives. A scene without such terms keeps the system's own T and V. A scene without any effects *is* the system for the
+// compiler: acceleration(scene, …) is a call of acceleration(system, …) and nothing more.
 
 #include <algorithm>
 #include <cstddef>

@@ -7,8 +7,8 @@
 //     energy(scene, s), power(scene, s), reactions(scene, s), acceleration_jacobian(scene, s)
 //
 // Systems, which are scenes without effects, have the same functions; their power and reactions are zero. The effects' own states z are no part of a State:
-// they are at their initial values unless they are given behind it, and contacts and dry friction are in the phases that fit the state
-// as it is. A contact that is being hit counts as open, since the blow is still to come. Where more than one choice fits, z decides:
+// they are at their initial values unless they are given after it. Contacts and dry friction are in the phases that fit the state as it is. A contact that
+// is being hit counts as open, since the blow is still to come. Where more than one choice fits, z decides:
 //
 //     acceleration(scene, s, EffectStates<…>(run.trajectory.y(1.5).tail(k)))       in the phases that the run was in, of k own states
 //

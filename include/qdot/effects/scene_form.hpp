@@ -116,7 +116,7 @@ class SceneForm {
     write_derivative(t, y.data(), ydot.data());
   }
 
-  /// The same for size() numbers one after the other.
+  /// ydot ← [q̇; q̈; ż] for size() numbers one after the other.
   void write_derivative(double t, const double* y, double* ydot) const {
     const Eigen::Index k = dof();
     if constexpr (is_traced) {

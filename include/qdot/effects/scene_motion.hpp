@@ -13,7 +13,7 @@
 // A scene without effects calls the system's own functions and nothing else.
 //
 // z may be left out. The effects' own states then are at their initial values, and contacts and friction are in the phases that fit the state
-// as it is (effects/equations/phases_at_state.hpp); where more than one fits, z is asked for.
+// (effects/equations/phases_at_state.hpp). Where more than one fits, z must be given.
 
 #include <algorithm>
 #include <string>

@@ -8,8 +8,8 @@
 //     result.run.trajectory …, result.error_estimate, result.forecast[0].seconds …
 //
 // The number asked for bounds the *global* error: at all output times, each component beside its own largest value
-// (integrate/accurate/motion.hpp). A few runs find the tolerance that it takes, and compare (integrate/accurate/search.hpp); what comes back
-// is the last of them, with an estimate of its error that was measured and not assumed. Either
+// (integrate/accurate/motion.hpp). A few runs find the tolerance that is needed, and are compared (integrate/accurate/search.hpp). The last
+// of them is returned, with an estimate of its error that was measured and not assumed. Either
 //
 //     error_estimate ≤ accuracy        the run as simulate() gives it, or
 //     Outcome::accuracy_not_reached    double has too few digits for what the motion does with rounding, or the
@@ -19,8 +19,8 @@
 // forbid, is given up.
 //
 // All runs use the method that is given: Taylor{} where T and V are analytic, Dop853{} otherwise, CvodeBdf{} where the
-// system is stiff. Between steps the interpolant counts: the runs are compared at the output times, or where none are
-// given and the trajectory is kept, at 64 equal parts of the time, else at the end.
+// system is stiff. Between steps the interpolant counts. The runs are compared at the output times; where none are given and the
+// trajectory is kept, at 64 equal parts of the time; else at the end.
 //
 // Cost: mostly two to three times that of the one run that knew the right tolerance (docs/accuracy.md).
 
@@ -89,8 +89,8 @@ inline ToleranceLaw law_of(const Statistics& statistics) {
   return law;
 }
 
-// What comes later: the largest rates that the start would have at other times of the run, and the time in which what they do
-// changes them by as much as they are.
+// What comes later: the largest rates that the start would have at other times of the run. With them, the time in which their
+// effect changes them by their own size.
 struct Push {
   Eigen::VectorXd rate;
   double time = 0.0;
@@ -124,9 +124,9 @@ Push push(const F& system, Eigen::Index dof, double t, const Eigen::VectorXd& y,
   return result;
 }
 
-// Sizes that the components may be expected to take, from the start alone: |y|, and what its rates add in the shortest time
-// in which a coordinate, or a velocity, changes by its own size. Where that leaves a component nothing, or a rounding error, what
-// comes later counts too, and the sizes of its kind.
+// Sizes that the components may be expected to take, from the start alone. They are |y|, and what its rates add in the shortest
+// time in which a coordinate, or a velocity, changes by its own size. Where that leaves a component nothing, or a rounding error,
+// what comes later counts too, and the sizes of its kind.
 template <FirstOrderSystem F>
 ComponentSizes expected_sizes(const F& system, Eigen::Index dof, double t, const Eigen::VectorXd& y, double way) {
   const double duration = std::abs(way);
@@ -209,8 +209,9 @@ class AccuracyTrials {
   }
 
  private:
-  // Absolute tolerances hardly grow beside the relative one, whatever is seen: what is small most of the time and large for an
-  // instant (the rate of an angle about a pole) errs by another law with larger ones, and the first run would say nothing of it.
+  // Absolute tolerances hardly grow beside the relative one, whatever is seen. A component may be small most of the time and
+  // large for an instant, as the rate of an angle about a pole. With larger absolute tolerances it errs by another law, which the
+  // first run would not show.
   static constexpr double most_growth = 4.0;
 
   // Takes in a run that failed; false where no further one helps.

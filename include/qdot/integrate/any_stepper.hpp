@@ -7,8 +7,8 @@
 //     const auto run = simulate(system, start, 10.0, methods.at(name), options);
 //
 // Every method makes a stepper of a type of its own, unrolled for the number of components. AnyStepper hides that type behind one indirect
-// call per step, a nanosecond or two beside a step's hundreds: after it, time and state are looked up where the stepper keeps
-// them. So the loop of a run is compiled once for all methods (simulate() makes one of each), and a switch costs nothing within the step.
+// call per step, a nanosecond or two beside a step's hundreds. After the call, time and state are read where the stepper keeps them. So
+// the loop of a run is compiled once for all methods (simulate() makes one of each), and a switch costs nothing within the step.
 //
 // The hidden stepper keeps its promises (stepper.hpp), and constraints as well, whether it projects inside its steps or not.
 

@@ -7,16 +7,17 @@
 //     const auto run = simulate(plants.at(name), start, 10.0, Dop853{}, options);
 //
 // Every T and V, and every choice of effects, is a type of its own; that is what makes q̈ fast. A file or a user who chooses among systems
-// wants them in one list. AnySystem hides the type behind one indirect call per evaluation: the equations behind the call are those that
-// the compiler made for the type, so a motion has the same bits. What is hidden comes through, if it is there: constraints, contacts and dry
-// friction, the effects' own states, the watch over T, V and M; where they are not, nothing is asked of them.
+// wants them in one list. AnySystem hides the type behind one indirect call per evaluation. The equations behind the call are those that the
+// compiler made for the type, so a motion has the same bits. A hidden system keeps what it has: constraints, contacts and dry friction,
+// the effects' own states, the watch over T, V and M. What it does not have is not asked of it.
 //
 // The price is the method's: its loops over y are not unrolled for a size that is known at run time only. A run of Dop853 with two coordinates
 // takes 1.3 to 1.5 times as long as with the type, less with more of them (./run bench steppers).
 //
 // What needs the functors themselves is asked where the type is known: derivatives with respect to parameters, Taylor, the
 // symplectic methods, band structure. Methods are Dop853, Dopri5, CvodeBdf and CvodeAdams, which are compiled once for all systems.
-// A clock that somebody else owns has such a list already: Simulator (integrate/simulator.hpp) hides system and method together.
+// A program that owns the clock needs no AnySystem for such a list: Simulator (integrate/simulator.hpp) hides system and method
+// together.
 
 #include <Eigen/Core>
 #include <concepts>
@@ -88,9 +89,9 @@ class HiddenForm final : public MethodFormOf<HiddenSystem, Form> {
 
 }  // namespace detail
 
-/// A mechanical system, a scene or a FirstOrderSystem of any type. Copies share the system, which nobody changes.
+/// A mechanical system, a scene or a FirstOrderSystem of any type. Copies share the system, which is constant.
 ///
-/// For methods it is a system that may have constraints and may switch, whatever is behind it; whether it has constraints is asked when a run begins, so
+/// For methods it is a system that may have constraints and may switch, whatever is behind it. Whether it has constraints is asked when a run begins, so
 /// that CvodeAdams, which keeps none, takes it without.
 class AnySystem {
  public:

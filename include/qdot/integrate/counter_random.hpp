@@ -5,9 +5,9 @@
 //
 //     for motion i of a study with a seed:      CounterRandom random(seed, i);      l = 1 + 0.05 random.normal()
 //
-// A generator that is drawn from in turn gives each motion what the ones before have left: another order, another number of threads, another start in
-// the middle, and all motions are others. Here the k-th number of motion i is a function of (seed, i, k) alone, ten rounds of multiplications
-// that mix a counter (Philox 4×32-10: Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011). Any motion can be made again
+// A generator that is drawn from in turn gives each motion what the ones before have left. Then another order, another number of threads or another start
+// in the middle changes all motions. Here the k-th number of motion i is a function of (seed, i, k) alone: ten rounds of multiplications that mix a
+// counter (Philox 4×32-10). Reference: Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC 2011. Any motion can be made again
 // by itself, and a study goes on where it stopped.
 
 #include <array>

@@ -14,10 +14,9 @@
 //
 // What a step costs, measured on a pendulum: 1.1 µs (BDF) to 1.3 µs (Adams) of CVODE's own, and about
 // 1.1 evaluations of the right-hand side; dense output adds half a microsecond. A Jacobian is needed
-// every sixty steps. Adams may also be corrected by functional iteration. On pendulums and chains at
-// tolerances from 1e-6 to 1e-12 that took 1.3 to 2.3 times the evaluations of Newton's iteration at the
-// same accuracy: as fast for one or two coordinates, slower beyond, and lost where the motion turns stiff
-// for a while; so Newton is the default.
+// every sixty steps. Adams may also be corrected by functional iteration. On pendulums and chains at tolerances from 1e-6 to
+// 1e-12 that took 1.3 to 2.3 times the evaluations of Newton's iteration at the same accuracy. It was as fast for one or two
+// coordinates and slower beyond. It failed where the motion turns stiff for a while, so Newton is the default.
 //
 // Reference: A. C. Hindmarsh et al., SUNDIALS: Suite of nonlinear and differential/algebraic equation
 // solvers, ACM TOMS 31 (2005) 363–396.

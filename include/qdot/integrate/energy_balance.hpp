@@ -13,8 +13,8 @@
 //     simulate(scene, start, t_end, Dop853{}, {}, meter);
 //     meter.balance().residual
 //
-// The meter is an observer. It integrates P over each step by Gauss' formula with five points on the step's own
-// dense output, so the residual is that of the motion and not of the integral.
+// The meter is an observer. It integrates P over each step by Gauss' formula with five points on the step's own dense output. So
+// the residual is that of the motion and not of the integral.
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -7,8 +7,8 @@
 //              events(event("apex", [](const auto& q, const auto& qdot) { return qdot[1]; }).falling(),
 //                     event("floor", [](const auto& q) { return q[1]; }).falling().stop()));
 //
-// g(q), g(q, q̇), g(q, q̇, t), or g(q, q̇, z, t) with the effects' own states z, is watched on the dense output of every step, so all methods have events
-// and none of them knows. Of an event the run keeps its time and name (Run::events), and then it
+// g(q), g(q, q̇), g(q, q̇, t), or g(q, q̇, z, t) with the effects' own states z, is watched on the dense output of every step. So all methods have
+// events, and no method has code for them. Of an event the run keeps its time and name (Run::events), and then it
 //
 //     records     goes on in the same step: an event that only looks costs nothing but the looking;
 //     .stop()     ends the run there, outcome stopped_by_event;
@@ -26,9 +26,9 @@
 //
 // or one that keeps its output among the effects' own states, .then([](double t, Eigen::VectorXd& y) { y[4] = …; }).
 //
-// An event whose function takes every scalar, `[](const auto& q, const auto& qdot, const auto& t) { using std::sin; return … }`, may say so:
-// .formula(). Then g is called with intervals as well, which proves of every step that no zero was passed over (integrate/driver/event_proof.hpp).
-// No signature tells a formula from what only looks like one, so this has to be asked for.
+// An event whose function takes every scalar, `[](const auto& q, const auto& qdot, const auto& t) { using std::sin; return … }`, may be declared
+// a formula: .formula(). Then g is called with intervals as well, which proves of every step that no zero was passed over
+// (integrate/driver/event_proof.hpp). No signature tells a formula from what only looks like one, so this has to be asked for.
 //
 // The rules, each with a test:
 //   crossing    Motion through zero is an event, in the asked direction of time's arrow: falling means that g becomes
@@ -39,9 +39,9 @@
 //               velocity of what sticks, a gap that is closed, and what a constraint keeps at zero have no events.
 //   fast g      g may be much faster than the motion: the step is searched in panels as short as g asks for (integrate/driver/event_finder.hpp), which
 //               for a slow g is the whole step. What is followed only with an effort without end, noise for one, is
-//               counted in Statistics::rough_events, for then roots may have been missed, and the run's message says so.
-//               An excursion across zero that is narrow beside everything else that g does may lie between all samples, unless g is
-//               a formula(): then it is found, and what rounding does not decide, a touching of zero, is counted as well.
+//               counted in Statistics::rough_events, for then roots may have been missed, and the run's message reports it. An
+//               excursion across zero that is narrow beside everything else that g does may lie between all samples, unless g is a
+//               formula(): then it is found, and what rounding does not decide, a touching of zero, is counted as well.
 //   touching    Between samples g is looked at for its extremum; so two roots close together are found when g gets farther
 //               across zero than the extremum's own accuracy.
 //   order       All roots of a step are taken in the order of time, those at the same time in the order of the list.

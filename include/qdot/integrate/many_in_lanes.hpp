@@ -11,20 +11,22 @@
 // equations are the same lines (mechanics/derive/lane_equations.hpp), which a processor carries out on four or eight doubles by one instruction.
 // Parameters are inputs of the lines, derived once for all members of a family. A lane that has arrived takes the next motion.
 //
-// What a lane cannot do, or what needs a closer look, leaves the pack and goes on alone as simulate() does it: where M is singular, where a number is not
-// finite, where the step gets too small, where an event has been passed. So outcomes and messages are those of simulate(). An event's function
-// is asked at both ends of a step and at three places between; two zeros closer than that are passed over, which simulate() finds. What
-// the watchdog has to say is asked at the end of a motion, and if it has something, the motion is done again alone, all of it.
+// A motion leaves the pack and goes on alone, as simulate() does it, where its lane cannot go on. Reasons are a singular M, a number that is not finite,
+// a step that gets too small, and an event that has been passed. So outcomes and messages are those of simulate(). An event's function is asked at both
+// ends of a step and at three places between; two zeros closer than that are passed over, which simulate() finds. What the watchdog has to say is asked
+// at the end of a motion, and if it has something, the motion is done again alone, all of it.
 //
-// The results are the same bits for any number of threads, any chunk, any order of motions. From simulate() they differ by what the tolerance
-// allows: the step control of lanes has an exponential and a logarithm of its own, sums have another order, and so steps may end elsewhere.
+// The results are the same bits for any number of threads, any chunk, any order of motions. The results differ from those of simulate()
+// within the tolerance. The step control of lanes has an exponential and a logarithm of its own, sums have another order, and so steps may
+// end elsewhere.
 //
-// Forces of effects, springs, damping, motors and whatever else can be recorded, and energies that depend on t go in lanes as well, each lane with its
-// own t, and with steps as long as time allows (integrate/watch/time_watch.hpp).
+// Forces of effects, springs, damping, motors and whatever else can be recorded go in lanes as well. So do energies that depend on t, each lane with
+// its own t, and with steps as long as time allows (integrate/watch/time_watch.hpp).
 //
-// Alone go: systems of more than 16 coordinates or with an indefinite M, scenes with constraints, contacts, dry friction, or effects with states, functors
-// that compare numbers or take plain numbers only, equations of more than 4000 lines, families with terms in L, events that do not stop the run, and
-// options beyond tolerances, steps and evaluations. So do more than four coordinates where there is no machine code for lanes. The result is the same.
+// Alone go: systems of more than 16 coordinates or with an indefinite M; scenes with constraints, contacts, dry friction, or effects with states. So do
+// functors that compare numbers or take plain numbers only, equations of more than 4000 lines, and families with terms in L. So do events that do not stop
+// the run, and options beyond tolerances, steps and evaluations. So do more than four coordinates where there is no machine code for lanes. The result is
+// the same.
 
 #include <algorithm>
 #include <cmath>
@@ -181,7 +183,7 @@ auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of
   return simulate_many(system, count, start_of, t_end, method, options, EventList<>{}, many);
 }
 
-/// The same reduced to one value as it goes, in the order of i: reduce(value, i, kept).
+/// Many motions in lanes, reduced to one value as they end, in the order of i: reduce(value, i, kept).
 ///
 /// @throws  what reduce throws; the motions that are under way are finished, and no more are begun
 template <class Sys, class StartOf, class Method, class... Events, class Value, class Reduce>

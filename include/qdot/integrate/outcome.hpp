@@ -3,16 +3,15 @@
 //
 // Outcomes: how a run ended.
 //
-// A run that goes from t₀ to t_end can end in more ways than "done" and "crashed". The observer had
-// seen enough; a budget of steps or seconds was spent; the model gave NaN at t = 0.73; the solution
-// runs away to infinity and the step shrinks to nothing in front of the pole. In all of these the
-// motion *up to there* is good and is what the user needs for finding out why. So they are values
-// and not exceptions: an Outcome has a name that programs compare and logs print, and one sentence
-// of advice. The driver (simulate.hpp) adds a message with the numbers: t, h, order, component.
+// A run that goes from t₀ to t_end can end in more ways than "done" and "crashed". The observer had seen enough, or a budget of
+// steps or seconds was spent. The model gave NaN at t = 0.73. The solution runs away to infinity and the step shrinks to nothing
+// in front of the pole. In all of these the motion *up to there* is good and is what the user needs for finding out why. So they
+// are values and not exceptions: an Outcome has a name that programs compare and logs print, and one sentence of advice. The
+// driver (simulate.hpp) adds a message with the numbers: t, h, order, component.
 //
 //     completed                            t_end was reached
 //     stopped_by_observer, stopped_by_model, stopped_by_event, step_limit, evaluation_limit, time_limit, state_limit
-//                                          somebody asked for this end
+//                                          the user asked for this end
 //     non_finite … solver_error            the run failed
 //
 // Exceptions remain for what is wrong before the first step (sizes, NaN, tolerances), and for
@@ -111,7 +110,7 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
   return "";
 }
 
-/// True when the run ended for a reason that nobody asked for.
+/// True when the run ended for a reason that the user did not ask for.
 constexpr bool failed(Outcome outcome) noexcept { return outcome > Outcome::stopped_by_event; }
 
 /// Thrown by a model to end the run in good order: the trajectory up to the last accepted step is kept.

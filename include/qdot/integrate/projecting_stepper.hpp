@@ -8,8 +8,8 @@
 //
 //     step → y ← projected y → correct(y).
 //
-// A projection that fails fails the step: t() and y() stay those of the last good one. A state that is not finite is left as it is, for whoever
-// asked for the step to see.
+// A projection that fails fails the step: t() and y() stay those of the last good one. A state that is not finite is left as it is, and the
+// caller sees it.
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -5,9 +5,9 @@
 //
 //     const auto run = simulate(cartesian_pendulum, start, 1e4, Rattle{.step = 0.02, .order = 4}, {.keep_trajectory = false});
 //
-// A free step that is put back onto φ = 0 afterwards is as accurate as it was, but not symplectic: the projection takes or gives
-// a little energy each time, always the same way. Rattle lets the constraint forces act within the step instead, once at each
-// end, and each along the normals where it acts:
+// A free step that is projected onto φ = 0 afterwards is as accurate as before, but not symplectic. The projection takes or gives
+// a little energy each time, always with the same sign. Rattle lets the constraint forces act within the step instead, once at
+// each end, and each along the normals where it acts:
 //
 //     q̇½ = q̇ + h/2 M⁻¹ (F(q) + J(q)ᵀ λ) ,     q₁ = q + h q̇½ ,     λ such that φ(q₁) = 0
 //     q̇₁ = q̇½ + h/2 M⁻¹ (F(q₁) + J(q₁)ᵀ μ) ,                      μ such that J(q₁) q̇₁ = 0 ,      F = −∂V/∂q.
@@ -16,9 +16,9 @@
 // rounding. Higher orders are palindromes of such steps with the lengths of integrate/steps/symplectic_schemes.hpp: 3 for order 4, 9 for 6, 17
 // for 8.
 //
-// λ is found by Newton's method with the matrix J(q) M⁻¹ J(q)ᵀ of the step's beginning, the very one that made μ at the end of
-// the step before; it gains a factor of about h each time, and is iterated to rounding, for the same reason as in Gauss
-// (gauss.hpp). Constraints φ(q, t) that move are kept as well. Redundant rows are, too.
+// λ is found by Newton's method with the matrix J(q) M⁻¹ J(q)ᵀ of the step's beginning, which also gave μ at the end of the step
+// before. Each iteration gains a factor of about h. It is iterated to rounding, for the same reason as in Gauss (gauss.hpp).
+// Constraints φ(q, t) that move are kept as well. Redundant rows are, too.
 //
 // What does not fit: T(q, q̇), forces, friction, nonholonomic constraints. Gauss takes those, projected after each step.
 //

@@ -5,10 +5,9 @@
 //
 //     const auto run = simulate(system, start, 10.0, Dop853{}, {.rtol = 1e-10});
 //
-// What makes it fast. The table of coefficients is known to the compiler, and so is the size of y for
-// systems with n fixed: every Σⱼ aᵢⱼ kⱼ becomes straight-line code without the terms that are zero, and
-// nothing is allocated. For two coordinates the method's
-// own share of a step is a few tens of nanoseconds; a multistep code's is a microsecond or two.
+// What makes it fast. The table of coefficients is known to the compiler, and so is the size of y for systems with n fixed. Every
+// Σⱼ aᵢⱼ kⱼ becomes straight-line code without the terms that are zero, and nothing is allocated. For two coordinates the
+// method's own share of a step is a few tens of nanoseconds; a multistep code's is a microsecond or two.
 //
 // One step:
 //     stages      k₁ … k_s, then y₁ = y + h Σ bⱼ kⱼ
@@ -28,17 +27,17 @@
 // differences, which are smaller by h, such errors count an order less. What rounding b and c leaves of ½ − Σ bᵢ cᵢ, the next
 // order, is known exactly and added (`half_defect`). Stages, too, begin at y and what its rounding lost.
 //
-// Near rounding. Sums over steps are compensated (integrate/steps/fixed_step.hpp), for the last addition is then most of a step's error; what
-// is left over has a sign and adds up, so with rtol < 1e-14 the estimate must stay 64 times below a unit. And a step is
-// what the sum of elapsed and h was rounded to, lest the clock lose 1e-13 s at 2000 s in each.
+// Near rounding. Sums over steps are compensated (integrate/steps/fixed_step.hpp), for the last addition is then most of a step's error. The
+// rest has a sign and adds up, so with rtol < 1e-14 the estimate must stay 64 times below a unit. And a step is what the sum of elapsed and h
+// was rounded to, lest the clock lose 1e-13 s at 2000 s in each.
 //
 // Dense output. With Δ = y₁ − y, s ∈ [0, 1] and Δ, h k₁ − Δ, 2Δ − h(k₁ + k_new), h Σ dⱼ kⱼ … as F₀ … F_m,
 //
 //     y(t + s h) = y + s (F₀ + (1 − s)(F₁ + s (F₂ + (1 − s)(F₃ + …))))
 //
 // of order 7 (Dop853) or 4 (Dopri5). It is multiplied out to powers of s, the common currency of
-// integrate/steps/polynomial.hpp. Dop853's needs three more evaluations, made when somebody asks for the step's
-// polynomial; a run with keep_trajectory = false and without output times saves them.
+// integrate/steps/polynomial.hpp. Dop853's needs three more evaluations, made when the step's polynomial is asked for; a run with
+// keep_trajectory = false and without output times saves them.
 //
 // Reference: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.4–II.6, II.10.
 
@@ -118,7 +117,7 @@ class RungeKuttaStepper : public detail::OneStep<N> {
   }();
 
   // Stages, new state and f there; returns the weighted error, which is NaN where f was. A function of its own: in large files GCC would
-  // put it into the loop of the run, where registers are short (a run of a double pendulum then takes 1.2 times as long).
+  // inline it into the loop of the run, where registers are short. A run of a double pendulum then takes 1.2 times as long.
   double attempted_step(double end, double h, Eigen::Index& worst);
 
   // Column `row` of k ← f less k₁.

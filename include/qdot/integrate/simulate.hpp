@@ -105,42 +105,42 @@ auto simulate(const System& system, const Start& start, double t_end, const Meth
   }
 }
 
-/// The same without events.
+/// Simulates without events, with an observer or none.
 template <class System, class Start, class Method, Observer O = NoObserver>
 auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options = {},
               O&& observer = {}) {
   return simulate(system, start, t_end, method, options, observer, EventList<>{});
 }
 
-/// The same with a single event.
+/// Simulates with an observer and a single event.
 template <class System, class Start, class Method, Observer O, class G, class Action>
 auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options, O&& observer,
               const Event<G, Action>& event) {
   return simulate(system, start, t_end, method, options, observer, events(event));
 }
 
-/// The same without an observer.
+/// Simulates with an event or events(…), without an observer.
 template <class System, class Start, class Method, class Happening>
   requires detail::is_event<Happening>
 auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options, const Happening& happening) {
   return simulate(system, start, t_end, method, options, NoObserver{}, happening);
 }
 
-/// The same with the events before the observer.
+/// Simulates with the events before the observer.
 template <class System, class Start, class Method, class Happening, Observer O>
   requires detail::is_event<Happening>
 auto simulate(const System& system, const Start& start, double t_end, const Method& method, const Options& options, const Happening& happening, O&& observer) {
   return simulate(system, start, t_end, method, options, std::forward<O>(observer), happening);
 }
 
-/// The same with the options as they are by default, for an observer and events.
+/// Simulates with default options, an observer and events in either order.
 template <class System, class Start, class Method, class First, class Second>
   requires(detail::is_event<std::remove_cvref_t<First>> != detail::is_event<std::remove_cvref_t<Second>>) && (Observer<First> != Observer<Second>)
 auto simulate(const System& system, const Start& start, double t_end, const Method& method, First&& first, Second&& second) {
   return simulate(system, start, t_end, method, Options{}, std::forward<First>(first), std::forward<Second>(second));
 }
 
-/// The same with the options as they are by default, for an observer or for events.
+/// Simulates with default options, and an observer or events.
 template <class System, class Start, class Method, class Further>
   requires(detail::is_event<std::remove_cvref_t<Further>> || Observer<Further>)
 auto simulate(const System& system, const Start& start, double t_end, const Method& method, Further&& further) {

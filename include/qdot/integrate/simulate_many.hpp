@@ -9,15 +9,15 @@
 //     });
 //
 // A motion is a function of its number i, which knows its own start and parameters and returns what to keep of the run. So motions share nothing,
-// any of them can be done again by itself, and the results are the same bits for one thread or sixty-four: who does a motion
-// does not matter to it. Threads take chunks of consecutive numbers from a counter, the next one as soon as they are free, for motions
-// that end early or late.
+// and any of them can be done again by itself. The results are the same bits for one thread or sixty-four: they do not depend on the thread that
+// computes them. Threads take chunks of consecutive numbers from a counter, the next one as soon as they are free, for motions that end early or
+// late.
 //
 // What goes wrong with a motion is kept with its number, exceptions of the user's included, and the rest goes on. A run with an outcome other than
 // `completed` is nothing that went wrong here: it is the motion's function that decides what to keep of it.
 //
 // Memory: the results, or, with a reduction, a few chunks of them. reduce(sum, i, kept) is called in the order of i, by one thread at a time,
-// whatever the number of threads, so that sums in floating point are the same bits as well. Threads that are too far ahead wait for it.
+// whatever the number of threads. So sums in floating point are the same bits as well. Threads that are too far ahead wait for it.
 
 #include <algorithm>
 #include <atomic>
@@ -172,7 +172,7 @@ auto simulate_many(std::size_t count, const Motion& motion, const ManyOptions& m
   return all;
 }
 
-/// The same reduced to one value as it goes, in the order of i: reduce(value, i, kept).
+/// Many motions, reduced to one value as they end, in the order of i: reduce(value, i, kept).
 ///
 /// @throws  what reduce throws; the motions that are under way are finished, and no more are begun
 template <class Motion, class Value, class Reduce>

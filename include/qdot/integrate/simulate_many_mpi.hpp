@@ -8,22 +8,22 @@
 //     const double sum = simulate_many(MpiRanks{MPI_COMM_WORLD}, 100'000, motion, 0.0, add);
 //
 // simulate_many() of integrate/simulate_many.hpp and of integrate/many_in_lanes.hpp with a communicator in front. All its ranks call it with the same
-// arguments, and a motion is done by whichever is free. As a motion is a function of its number, the results are the same bits for any number of
-// ranks and threads, and reduce(value, i, kept) is called in the order of i, on rank 0, by the thread that called.
+// arguments, and a motion is done by whichever is free. A motion is a function of its number, so the results are the same bits for any number of
+// ranks and threads. reduce(value, i, kept) is called in the order of i, on rank 0, by the thread that called.
 //
 // Rank 0 gives out chunks and does motions as well. The other way would be a counter in memory that ranks add to, one-sided (MPI_Fetch_and_op). It was
-// measured, two ranks of Open MPI 4.1 on one machine: in common memory it answers in 0.1 µs whatever rank 0 does, but over TCP not before
-// rank 0 calls MPI again, which is when rank 0 would answer a message. And a counter does not keep ranks from running ahead of a
-// reduction, whose results have to go to rank 0 in any case: the answer to them is the next chunk. So there is one kind of message, a rank
-// always has its next chunk in hand, and nothing asks for more of MPI than version 3 has everywhere.
+// measured with two ranks of Open MPI 4.1 on one machine. In common memory it answers in 0.1 µs whatever rank 0 does. Over TCP it answers not before
+// rank 0 calls MPI again, which is when rank 0 would answer a message. And a counter does not keep ranks from running ahead of a reduction. Its
+// results have to go to rank 0 in any case, and the answer to them is the next chunk. So there is one kind of message, a rank always has its next
+// chunk in hand, and nothing asks for more of MPI than version 3 has everywhere.
 //
 // With MPI_THREAD_FUNNELED or more, motions of rank 0 go in a thread beside the one that answers, which takes up to some hundredths of its time. With
 // MPI_THREAD_SINGLE it answers between two of its motions, and a single one that takes longer than the chunks of others makes them wait. Two
 // ranks took 0.97 to 1.06 times as long as two threads (docs/many.md).
 //
 // What a motion throws is kept by its number as an Error with its message, on whatever rank. When a rank dies (a signal, a machine that is
-// gone), MPI ends all of them, and what was done is lost: `qdot sweep --resume` is for motions that have to survive that. A rank that does
-// not call, or has thrown before, is waited for without end.
+// gone), MPI ends all of them, and the results so far are lost. `qdot sweep --resume` is for motions that have to survive that. A rank
+// that does not call, or has thrown before, is waited for without end.
 
 #include <algorithm>
 #include <concepts>
@@ -113,7 +113,7 @@ auto work_of(RankQueue& queue, const Motion& motion) {
   };
 }
 
-// The same of motions in lanes, finish(queue, work), and what is wrong with their arguments is said on all ranks.
+// Motions in lanes by ranks, finish(queue, work); errors of the arguments are thrown on all ranks.
 template <class Result, class Sys, class StartOf, class Method, class... Events, class Rules, class Finish>
 Result ends_by_ranks(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end,
                      const Method& method, const Options& options, const EventList<Events...>& happening, const ManyOptions& many,
@@ -143,7 +143,7 @@ auto simulate_many(const MpiRanks& ranks, std::size_t count, const Motion& motio
   return detail::all_kept<detail::KeptOf<Motion>>(queue, ranks, count, detail::work_of(queue, motion));
 }
 
-/// The same reduced to one value as it goes, in the order of i: reduce(value, i, kept), on rank 0.
+/// Many motions by ranks, reduced to one value on rank 0 as they end, in the order of i: reduce(value, i, kept).
 ///
 /// @return  on rank 0 the reduction; on the others the value that was given, unless ranks.results_on_all
 /// @throws  on rank 0 what reduce throws, on the others an Error with its message
@@ -177,7 +177,7 @@ auto simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, 
   return simulate_many(ranks, system, count, start_of, t_end, method, options, EventList<>{}, many);
 }
 
-/// The same reduced to one value as it goes, in the order of i: reduce(value, i, kept), on rank 0.
+/// Many motions in lanes by ranks, reduced to one value on rank 0 as they end, in the order of i: reduce(value, i, kept).
 template <class Sys, class StartOf, class Method, class... Events, class Value, class Reduce>
   requires std::invocable<const Reduce&, Value&, std::size_t, Kept<detail::MotionEndOf<Sys>>&&>
 Value simulate_many(const MpiRanks& ranks, const Sys& system, std::size_t count, const StartOf& start_of, double t_end,

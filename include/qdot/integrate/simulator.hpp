@@ -3,8 +3,8 @@
 //
 // The simulator: for programs that own the clock.
 //
-// simulate() goes from t₀ to t_end and returns the whole motion. A controller in the loop, a game, a co-simulation asks the other way
-// round: here are my inputs, go on for a millisecond, what do you see; and sometimes: go back, that was too far.
+// simulate() goes from t₀ to t_end and returns the whole motion. A controller in the loop, a game or a co-simulation works the other
+// way round. It sets inputs, advances by a millisecond and reads the state; sometimes it goes back to an earlier state.
 //
 //     Simulator plant(scene(system, input("motor", 0)), start, Dop853{});
 //     for (long k = 1; k <= 10'000; ++k) {
@@ -12,9 +12,9 @@
 //       if (!plant.advance_to(1e-3 * k)) return complain(plant.message());
 //     }
 //
-// Each advance is a run of its own, from (t, y) to where it was told to go, with inputs held; y = [q; q̇; z] holds the inputs u and all other
-// states of effects as well (effects/input.hpp). The method begins afresh at each, so the future depends on (t, y) alone (and on which event
-// stopped the last advance, if one did: it has to leave zero before it counts again):
+// Each advance is a run of its own, from (t, y) to where it was told to go, with inputs held. y = [q; q̇; z] holds the inputs u and all other
+// states of effects as well (effects/input.hpp). The method begins afresh at each advance, so the future depends on (t, y) alone. The one
+// exception is the event that stopped the last advance: it has to leave zero before it counts again. Therefore
 //
 //     save, go on, restore, go on     gives the same bits, here and in another process on such a machine;
 //     the same calls                  give the same bits, however many simulators run beside.
@@ -31,10 +31,10 @@
 // That is what a fresh start costs: some evaluations to choose the first step. A one-step method (Dop853, Dopri5, Taylor, Gauss) does not
 // mind; a multistep method begins at order one each time and is worth it only where an advance is long against its steps.
 //
-// Of what simulate() keeps, only the state and the last advance's events remain, in memory that the constructor took: an advance that completes
-// allocates nothing, for sizes fixed while compiling, but where an event or a contact does something, and once where derived equations become
-// machine code (ad/native/line_evaluator.ipp). Options are those of a run and count for each advance: max_steps, max_evaluations and max_wall_seconds
-// bound the work of one call (asked for after each step), and its outcome has a name.
+// Of what simulate() keeps, only the state and the last advance's events remain, in memory that the constructor took. For sizes fixed while
+// compiling, an advance that completes allocates nothing. Exceptions are an event or a contact that acts, and once the change from derived equations
+// to machine code (ad/native/line_evaluator.ipp). Options are those of a run and count for each advance: max_steps, max_evaluations and
+// max_wall_seconds bound the work of one call (asked for after each step), and its outcome has a name.
 //
 // To go on by dt a million times adds a million roundings to t; advance_to(k dt) does not.
 
@@ -68,11 +68,11 @@ struct Advance {
   double t = 0.0;                        ///< as far as it came
   /// Whether it came where it was told to go.
   bool completed() const noexcept { return outcome == Outcome::completed; }
-  /// The same.
+  /// True if it came where it was told to go: completed().
   explicit operator bool() const noexcept { return completed(); }
 };
 
-/// A motion that somebody else advances. Movable; two simulators share nothing.
+/// A motion that the calling program advances. Movable; two simulators share nothing.
 class Simulator {
  public:
   /// @param system   a mechanical system or a scene, or anything that models FirstOrderSystem; copied
@@ -113,8 +113,8 @@ class Simulator {
   /// Goes on to t, landing on it exactly, with inputs held, or on their ramps.
   ///
   /// Where a ramp ends on the way, the options' limits count up to there and again from there.
-  /// Throws nothing: what goes wrong, the user's own exceptions included, is an outcome with a message(), and t(), y() are the last good
-  /// state, from which one may go on, perhaps with other inputs. An event that stops leaves the state of its moment.
+  /// Throws nothing: what goes wrong, the user's own exceptions included, is an outcome with a message(). t() and y() are then the last
+  /// good state, from which one may go on, perhaps with other inputs. An event that stops leaves the state of its moment.
   Advance advance_to(double t) noexcept {
     if (!(t >= engine_->t && t < std::numeric_limits<double>::infinity())) return refused(t);
     own_message_.clear();

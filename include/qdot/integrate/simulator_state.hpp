@@ -6,9 +6,9 @@
 //     const SimulatorState before = plant.save();
 //     write(file, serialized(before));   …   plant.restore(deserialized(read(file)));
 //
-// Bytes are t and y as they lie in memory behind a header of five words: what this is, a number for the names of the components, how many
-// there are, a checksum of it all, and the events that stopped it. A state that was cut short, changed on its way or taken from another
-// system is refused by name, and nothing is changed by it.
+// Bytes are t and y as they lie in memory behind a header of five words. These are a mark of the format, a number for the names of the
+// components, their count, a checksum of it all, and the events that stopped it. A state that was cut short, changed on its way or taken
+// from another system is refused by name, and nothing is changed by it.
 
 #include <Eigen/Core>
 #include <cstddef>

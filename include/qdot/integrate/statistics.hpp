@@ -11,7 +11,7 @@
 //     eᵢ / (rtol |yᵢ| + atolᵢ)
 //
 // pass a test, and the component with the largest of them is the one that made the step so small.
-// A count of who that was, over all steps, names the coordinate whose tolerance costs the time.
+// These components are counted over all steps: the largest count names the coordinate whose tolerance costs the time.
 
 #include <algorithm>
 #include <cstddef>
@@ -21,7 +21,7 @@
 
 namespace qdot {
 
-/// Cost of a run, and who caused it. Times in the units of t, except wall_seconds.
+/// Cost of a run, and which components caused it. Times in the units of t, except wall_seconds.
 struct Statistics {
   std::string method;               ///< e.g. "cvode_bdf"; all that took part, in their order, where a method chose among others
   std::string method_reason = {};   ///< why these; empty where the user chose
@@ -36,12 +36,12 @@ struct Statistics {
   long projections = 0;             ///< states put back onto constraints
   double constraint_residual = 0.0; ///< largest |φ| after a projection
   double constraint_velocity = 0.0; ///< largest |φ̇| or |a| after a projection
-  double mass_rcond = 1.0;          ///< least rcond(M) that was seen (integrate/watch/any_watch.ipp); 1 where nobody looked
+  double mass_rcond = 1.0;          ///< least rcond(M) that was seen (integrate/watch/any_watch.ipp); 1 where it was not computed
   double mass_rcond_time = 0.0;     ///< when
   double constraint_rcond = 1.0;    ///< least rcond of J M⁻¹ Jᵀ that was seen; below 1e-10 constraints depend on each other
   double constraint_rcond_time = 0.0;  ///< when
   double energy_drift = 0.0;        ///< largest |h − h(t₀)| that was seen, where T and V conserve h; restarts begin anew
-  double energy_allowed = 0.0;      ///< what the tolerances allowed for it; 0 where nobody looked
+  double energy_allowed = 0.0;      ///< what the tolerances allowed for it; 0 where it was not computed
   double time_resolution = 0.0;     ///< what time brings within less may have been missed (integrate/watch/time_watch.hpp); 0: formulas, all looked at
   long rough_events =
       0;  ///< steps in which an event's function could not be followed, or touched zero (integrate/driver/event_finder.hpp): some may be missed

@@ -66,7 +66,7 @@ concept Stepper =
 /// A stepper whose state may be replaced by a nearby one between steps, without a fresh start.
 ///
 /// correct(y) keeps the step size and the dense output of the last step. One-step methods can do that; a multistep
-/// method, whose past would no longer fit, must project inside its step instead, and says so by projects_itself().
+/// method, whose past would no longer fit, must project inside its step instead; then projects_itself() returns true.
 template <class S>
 concept CorrectableStepper = Stepper<S> && requires(S& s, const Eigen::VectorXd& y) { s.correct(y); };
 

@@ -11,9 +11,9 @@
 // area), so its energy error oscillates and does not grow. What grows is the phase along the orbit,
 // linearly; a method of order p makes it h^p small.
 //
-// The recipes, their orders and their sources are in integrate/steps/symplectic_schemes.hpp. Here they are carried out,
-// with M constant (T quadratic in q̇ alone) and inverted once, or factored where n is known at run time only; one gradient of V per kick, and none for
-// the first kick of a step if the last one of the step before was at the same place.
+// The recipes, their orders and their sources are in integrate/steps/symplectic_schemes.hpp. Here they are carried out with M constant (T quadratic in
+// q̇ alone). M is inverted once, or factored where n is known at run time only. Each kick takes one gradient of V; the first kick of a step takes none
+// if the last one of the step before was at the same place.
 //
 // Drives. With V(q, t) time drifts with q: a kick takes V at the time that the drifts before it have
 // reached. That is the splitting of the motion in extended phase space, and keeps the order.

@@ -8,8 +8,8 @@
 // At each step the series of q and q̇ about the present state are computed to order p
 // (integrate/steps/taylor_equations.hpp) and evaluated at t + h. The series *is* the dense output.
 //
-// Order. A series with radius of convergence ρ, cut after order p and used at h, errs by about (h/ρ)^p.
-// An order more costs ~ p operations of p² in all; the cheapest pair for an error ε is h = ρ/e² with
+// Order. A series with radius of convergence ρ, cut after order p and used at h, errs by about (h/ρ)^p. One more order costs ~ p
+// operations of p² in all. The cheapest pair for an error ε is h = ρ/e² with
 //
 //     p = 1 − ½ ln ε          8, 12, 15, 20 for 1e-6, 1e-9, 1e-12, 1e-16   (plus a little: orders are cheap).
 //
@@ -24,8 +24,8 @@
 //
 //     h |P′(h) − f(P(h))| / (p + 1)    is the error of P(h) if that grows like h^{p+1}.
 //
-// If it exceeds the tolerance (beyond the rounding of the subtraction itself) the step is rejected and a
-// shorter one evaluated from the same series: a rejection costs one evaluation, not an expansion.
+// If it exceeds the tolerance (beyond the rounding of the subtraction itself), the step is rejected and a shorter one is
+// evaluated from the same series. A rejection costs one evaluation, not an expansion.
 //
 // Sums are compensated (integrate/steps/fixed_step.hpp), so that rounding does not pile up with the number of steps. What the
 // series leaves out has a sign, though, and pulls the energy one way step after step, 5e-13 over 10⁴ Kepler
@@ -34,18 +34,18 @@
 //
 // Scenes. Effects that are formulas take part: forces, dissipation, drag, drives, springs, potentials, controllers with states, and
 // constraints (integrate/steps/taylor_constraints.hpp). Where there are some, P(h) is projected onto them before the next expansion starts there,
-// so that the test compares with the equations on the constraints; a step from whose end there is no way back is rejected. Six
-// rejections in a row beside rows that are nearly dependent are a singular position, and end the run as constraint_failure.
+// so that the test compares with the equations on the constraints. A step whose end cannot be projected is rejected. Six rejections in a row
+// beside rows that are nearly dependent are a singular position, and end the run as constraint_failure.
 //
-// Recordings. At each reset the functors are run again, a few hash look-ups for each of their operations; where they have become
-// other formulas, or their constants others, everything is made anew. The driver asks for the same at its looks.
+// Recordings. At each reset the functors are run again, which costs a few hash look-ups for each of their operations. Where their
+// formulas or constants have changed, everything is made anew. The driver asks for the same at its looks.
 //
 // Branches. Functors that compare have a series on each branch, and a step ends where the motion leaves the branch that it is on
 // (integrate/steps/taylor_branches.hpp). Where there are none, that costs nothing.
 //
-// What does not fit: functors that ask for plain numbers and constraints that branch (NotAnalytic), points where formulas are not
-// analytic (a root or a broken power of zero: outcome non_finite), contacts and friction that sticks (refused
-// by the compiler), and stiff systems.
+// What does not fit: functors that ask for plain numbers and constraints that branch (NotAnalytic). At points where formulas are
+// not analytic (a root or a broken power of zero) the outcome is non_finite. Contacts and friction that sticks are refused by the
+// compiler. Nor do stiff systems fit.
 //
 // Reference: À. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of
 // high-order Taylor methods, Experimental Mathematics 14 (2005) 99.

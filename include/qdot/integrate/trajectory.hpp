@@ -3,21 +3,19 @@
 //
 // A trajectory is a function of time, not a table.
 //
-// The driver appends the polynomial of every accepted step (integrate/steps/polynomial.hpp). Asking for y at any t
-// between the first and the last time finds the step that contains t and evaluates its polynomial,
-// so a plot, a root search or a comparison may sample as finely as it likes after the run, at the
-// accuracy of the run and without a new evaluation of the model.
+// The driver appends the polynomial of every accepted step (integrate/steps/polynomial.hpp). y at any t between the first and the
+// last time comes from the polynomial of the step that contains t. So a plot, a root search or a comparison may sample as finely
+// as it likes after the run. It has the accuracy of the run, and needs no new evaluation of the model.
 //
 // Order and direction. Times run monotonically from front to back, up or down. A time at which two
 // steps meet belongs to the earlier one, because a method's own value lies at the end of its step.
-// Only where the state *jumps* (an impact, a reset) does it belong to the later one: at(t) then gives
-// the state after the jump, and before(t) the state in front of it; t is then the double nearest to the jump.
+// Where the state *jumps* (an impact, a reset), t is the double nearest to the jump, and belongs to the later step. at(t) then
+// gives the state after the jump, and before(t) the state in front of it.
 //
 // Steps may be shorter than a rounding unit of t: they are told apart by what has elapsed since their origin (moment.hpp).
 //
-// Memory is 8·size·(degree + 1) bytes for the coefficients of a step and 64 bytes for the step, in blocks that are
-// never copied or moved as the trajectory grows: on small systems the copying of one growing array cost more than
-// the integration.
+// Memory is 8·size·(degree + 1) bytes for the coefficients of a step and 64 bytes for the step. Its blocks are never copied or
+// moved as the trajectory grows: on small systems copying one growing array cost more than the integration.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -50,7 +48,7 @@ class BasicDenseOutput {
   /// Appends the step that ends at t. Allocates now and then, when a block is full.
   void append(double t, const PolynomialView& step) { append(t, t - step.base, step); }
 
-  /// The same where `elapsed` since the step's base says more exactly where it ends.
+  /// Appends a step whose end is given more exactly by `elapsed`, the time since the step's base.
   void append(double t, double elapsed, const PolynomialView& step);
 
   /// Notes that the state is changed from outside at back_time(): the next step starts from `y`.
@@ -78,7 +76,7 @@ class BasicDenseOutput {
   /// @throws InvalidValue  when t is not between front_time() and back_time()
   Eigen::VectorXd y(double t) const;
 
-  /// The same into a vector of the caller's, without allocation.
+  /// y ← y(t) as by at(t), into a vector of the caller's, without allocation.
   void evaluate(double t, Eigen::Ref<Eigen::VectorXd> y) const;
 
   /// y at front_time(), in front of a jump there.

@@ -86,8 +86,8 @@ template <class E, int n, Inertia inertia>
   require_finite_derivatives(result.d_qdot, t, row, [&](Eigen::Index j) { return system.velocity_name(j); });
 }
 
-// The same of systems whose number of coordinates is known at run time: T and V are traced and differentiated here and now, which many
-// coordinates repay at once.
+// The Jacobian of systems whose number of coordinates is known at run time. T and V are traced and differentiated at each call, which
+// pays for many coordinates.
 template <class E, Inertia inertia>
 bool jacobian_traced_here(const System<E, Dynamic, inertia>& system, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t,
                           AccelerationJacobian<Dynamic>& result) {
@@ -104,7 +104,7 @@ bool jacobian_traced_here(const System<E, Dynamic, inertia>& system, const Eigen
   return true;
 }
 
-// The same by lines of M, r and slopes, M and r being asked once; false where a number is not finite.
+// The Jacobian by lines of M, r and slopes, with M and r evaluated once; false where a number is not finite.
 template <int n>
 bool jacobian_by_lines(const DerivedLines& lines, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, AccelerationJacobian<n>& result) {
   double M[n * (n + 1) / 2];

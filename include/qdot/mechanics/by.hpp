@@ -3,9 +3,9 @@
 //
 // The ways from T and V to M and r, where one wants to choose.
 //
-// By itself the library takes the fastest way that T and V allow: formulas that are recorded once and carried out line by line, at first by an
-// interpreter and soon by machine code (mechanics/derive/kept_rates.hpp). All give the same numbers up to rounding.
-// Each can be asked for, to compare them, or to find out which one is at fault:
+// By default the library takes the fastest evaluation that T and V allow. Formulas are recorded once and carried out line by line, at first by
+// an interpreter and soon by machine code (mechanics/derive/kept_rates.hpp). All give the same numbers up to rounding. Each can be asked for,
+// to compare them, or to find out which one is at fault:
 //
 //     acceleration(system, q, qdot, t, By::duals)                  one evaluation
 //     simulate(system, start, t_end, Dop853{}, {.by = By::duals})   a run
@@ -17,7 +17,8 @@
 
 namespace qdot {
 
-/// How M, r and their derivatives are evaluated. `Taylor` has no way by duals and says so; methods of momenta ask for first derivatives only, by dual numbers.
+/// How M, r and their derivatives are evaluated. `Taylor` cannot use duals and throws InvalidValue; methods of momenta ask for first derivatives only, by dual
+/// numbers.
 enum class By {
   fastest,      ///< as T and V allow it (the default)
   duals,        ///< forward-mode dual numbers, and Eigen's solution

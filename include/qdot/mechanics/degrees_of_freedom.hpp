@@ -4,9 +4,9 @@
 // How many degrees of freedom?
 // ============================
 //
-// Before any energy is written down, the lecture counts. Describe every body by coordinates x that
-// would be free without constraints (a point in the plane has 2, a body in the plane 3, a point in
-// space 3, a body in space 6), say N in all, and write the holonomic constraints as
+// Before any energy is written down, the lecture counts. Describe every body by coordinates x that would be free without
+// constraints. In the plane a point has 2 and a body 3; in space a point has 3 and a body 6. Let their number be N, and write the
+// holonomic constraints as
 //
 //     φ(x, t) = 0,     m equations.
 //
@@ -17,12 +17,11 @@
 //
 //     n = N − rank J.
 //
-// J comes exact, by dual numbers, so its rank shows clearly: computed to rounding, the singular values
-// of independent rows are of the size of the geometry, and the superfluous ones are about 1e-16. The
-// rows are first scaled to length 1, because φ and 1000 φ are the same constraint. Two things are
-// reported along with the count, so that nobody needs to trust it blindly: which rows add nothing to
-// the rows before them, and the gap, smallest kept over largest dropped singular value. A gap below
-// 1000 means that the answer is a matter of opinion: the geometry is close to a singular one.
+// J comes exact, by dual numbers, so its rank shows clearly. The singular values of independent rows are of the size of the
+// geometry; those of superfluous rows are about 1e-16. The rows are first scaled to length 1, because φ and 1000 φ are the same
+// constraint. Two results beside the count show how sure it is. One is the rows that add nothing to the rows before them; the
+// other is the gap, the smallest kept over the largest dropped singular value. A gap below 1000 means that the answer is a matter
+// of opinion: the geometry is close to a singular one.
 //
 // Take a configuration that satisfies the constraints and is not special. At a special one (a
 // stretched four-bar linkage, a pendulum's φ = (x² + y² − l²)² at any point) the rank drops, and the count

@@ -19,7 +19,7 @@ auto derived(Energies energies) {
   return detail::energies_object<n>(std::move(energies));
 }
 
-/// The same of two functors.
+/// The energies T and V of two functors.
 template <int n, class Kinetic, class Potential>
 [[deprecated("qdot: derived<n>(T, V) has no effect any more: every system derives its equations when they are first asked for; give T and V alone")]]
 auto derived(Kinetic T, Potential V) {

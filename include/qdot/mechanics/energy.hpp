@@ -85,8 +85,8 @@ auto conjugate_momenta(const M& model, const Q& q, const Qdot& qdot, typename Q:
   }), Vector<S, n>(qdot));
 }
 
-/// h = q̇·p − L, Jacobi's energy function: constant on a motion of an autonomous system; one evaluation of T along q̇, of which q̇·p is
-/// the slope, and one of V.
+/// h = q̇·p − L, Jacobi's energy function, which is constant on a motion of an autonomous system. One evaluation of T along q̇, whose
+/// slope is q̇·p, and one of V.
 template <HasEnergies M, class Q = Coordinates<M>, class Qdot = Coordinates<M>>
 auto jacobi_energy(const M& model, const Q& q, const Qdot& qdot, typename Q::Scalar t = typename Q::Scalar(0)) {
   constexpr int n = M::dof_at_compile_time;

@@ -6,9 +6,9 @@
 // Members differ in their states: initial conditions on a grid, a cloud of perturbed ones, the particles of a filter. Their equations are the same
 // lines (mechanics/derive/kept_lines.hpp), which are carried out for eight members at once (mechanics/derive/lane_equations.hpp).
 //
-// Lanes must not spoil each other, and no lane may fail in silence. So every lane is looked at: where the mass matrix has a bad pivot, the result is
-// not finite, or functors branch another way than for the first member, that member alone is evaluated as acceleration() would. Either its accelerations
-// are good after all or the error that says what is wrong with it is handed back.
+// Lanes must not spoil each other, and no lane may fail in silence. So every lane is checked. A member is evaluated alone, as acceleration() would,
+// where its mass matrix has a bad pivot or its result is not finite. So is a member whose functors branch otherwise than for the first one. Either
+// its accelerations are good after all or the error that says what is wrong with it is handed back.
 //
 // In which order the numbers lie in memory is up to the matrix. With Eigen::RowMajor the members stand side by side, which is a little faster.
 
@@ -112,8 +112,8 @@ void accelerate_members(const Sys& system, Eigen::Index count, const Position& p
 
 /// q̈ of `lanes` members of a system, one in each lane; NaN in the lanes that are not good.
 ///
-/// No allocation up to some eight coordinates, once the equations have been derived. All lanes at once where T and V are formulas of up to 16 coordinates;
-/// one after the other, as acceleration() goes, for an indefinite mass matrix and for functors that ask for plain values.
+/// No allocation up to some eight coordinates, once the equations have been derived. All lanes at once where T and V are formulas of up to 16 coordinates.
+/// One after the other, as acceleration() does, for an indefinite mass matrix and for functors that ask for plain values.
 ///
 /// @param q, qdot  states, n packs each
 /// @param t        the members' times

@@ -84,8 +84,8 @@ template <class E, int n, Inertia inertia, class S>
   return qddot;
 }
 
-// q̈ where the shortest way is none, written to a: returned, it would be copied twice, and who needs it waits for that. A function of its own: where
-// acceleration_of is short itself, it stays so.
+// q̈ where the shortest evaluation does not apply. It is written to a: a returned vector would be copied twice, which delays the caller. A function
+// of its own, so that acceleration_of stays short.
 template <class E, int n, Inertia inertia, class S>
 [[gnu::noinline]] void write_longer_acceleration(const System<E, n, inertia>& system, const Vector<S, n>& at, const Vector<S, n>& velocity, const S& t,
                                                  Vector<S, n>& a) {
@@ -121,7 +121,7 @@ template <class E, int n, Inertia inertia, class Blame>
   return a;
 }
 
-// The same by the shortest way that the energies allow.
+// q̈ from M q̈ = rhs + Q by the shortest evaluation that the energies allow.
 template <class E, int n, Inertia inertia, class Blame>
 Vector<double, n> acceleration_under_force(const System<E, n, inertia>& system, const Vector<double, n>& q, const Vector<double, n>& qdot,
                                            double t, const Vector<double, n>& Q, const Blame& blame) {

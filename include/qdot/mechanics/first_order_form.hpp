@@ -50,9 +50,9 @@ concept ProjectableSystem = FirstOrderSystem<F> && requires(const F& f, double t
 
 /// A first-order system whose equations switch between phases (in contact or apart, sticking or slipping).
 ///
-/// The present phases are part of y. A guard is a function that stays ≥ 0 as long as its phase lasts; the driver
-/// finds where one falls through zero, and lets the system choose the phases (and the velocities) that follow.
-/// The tolerance is that of the method for each component of y: what is smaller cannot be told from zero.
+/// The present phases are part of y. A guard is a function that stays ≥ 0 as long as its phase lasts. The driver finds where one
+/// falls through zero, and lets the system choose the phases (and the velocities) that follow. The tolerance is that of the
+/// method for each component of y: what is smaller cannot be told from zero.
 template <class F>
 concept SwitchingSystem = FirstOrderSystem<F> && requires(const F& f, double t, const Eigen::VectorXd& y, Eigen::VectorXd& changed,
                                                           Eigen::Ref<Eigen::VectorXd> g, const std::vector<bool>& fired,
@@ -150,7 +150,7 @@ class FirstOrderForm {
     write_derivative(t, y.data(), ydot.data());
   }
 
-  /// The same for size() numbers one after the other.
+  /// ydot ← [q̇; q̈] for size() numbers one after the other.
   void write_derivative(double t, const double* y, double* ydot) const {
     const Eigen::Index dof = system_.dof();
     if constexpr (has_rates) {

@@ -9,9 +9,8 @@
 //
 //     Σ ½ m |ω × AP|² = ½ ω · I_A ω,      I_A = Σ m [AP×]ᵀ[AP×] = Σ m (|AP|² E − AP APᵀ)
 //
-// with [a×] b = a × b. I_A is the inertia tensor about A. On its diagonal stand the moments of
-// inertia Σ m (squared distance from the axis); off the diagonal the products with a MINUS sign,
-// I_xy = −Σ m x y (some books print the products without it).
+// with [a×] b = a × b. I_A is the inertia tensor about A. On its diagonal are the moments of inertia Σ m (squared distance from
+// the axis). Off the diagonal are the products with a MINUS sign, I_xy = −Σ m x y; some books print the products without it.
 //
 // Changing the point (Huygens and Steiner, "parallel axes"). With G the centre of mass, total mass M:
 //

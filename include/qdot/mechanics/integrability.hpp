@@ -30,16 +30,15 @@
 //
 // The derivatives of A are exact (dual numbers), the allowed displacements come from an orthogonal
 // basis B of the null space of A, and the m matrices Bᵀ(da_i)B are the result. "At every q" becomes a
-// sample of points around the given one. One counterexample proves "not integrable"; agreement at all
-// of them is evidence, and strong evidence: where A is analytic, as in mechanics it is, the condition
-// either holds everywhere or fails almost everywhere.
+// sample of points around the given one. One counterexample proves "not integrable"; agreement at all points is evidence only,
+// but strong evidence. A is analytic in mechanics, so the condition holds everywhere or fails almost everywhere.
 //
 // An explicit time, A(q, t) q̇ + b(q, t) = 0, is the same question one dimension higher, with t as the
 // last coordinate and b as its column.
 //
-// With several constraints some combination may integrate although all together do not. The rank of
-// the m matrices says how many directions open up by going back and forth once: `opened` = 0 means all
-// are holonomic; `opened` = m that none is, not even in combination; in between, at most m − opened are.
+// With several constraints some combination may integrate although all together do not. The rank of the m matrices is the number
+// of directions that open up by going back and forth once. If `opened` = 0, all constraints are holonomic. If `opened` = m, none
+// is, not even in combination; in between, at most m − opened are.
 
 #include <algorithm>
 #include <cmath>
@@ -139,7 +138,7 @@ extern template Integrability frobenius_condition<Eigen::MatrixXd, Eigen::Vector
 
 struct SlopeOfVelocityRows {};  // the tag of its perturbations
 
-// The same for a functor A.
+// The condition of Frobenius for a functor A.
 template <class Rows>
 Integrability frobenius_condition_of(const Rows& A, const Eigen::VectorXd& q, double tolerance) {
   const auto entries = marked<SlopeOfVelocityRows>([&A](const auto& x) {

@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The kinematic door: say where the masses are, and T follows.
+// Kinematic systems: the positions of masses are given, and T follows.
 //
 //     const auto pendulum = kinematic_system<2>(
 //         [=](const auto& q, auto& bodies) {
@@ -40,7 +40,7 @@ struct UniformGravity {
 /// Bodies fall with acceleration (gx, gy, gz); planar systems leave gz out.
 constexpr UniformGravity uniform_gravity(double gx, double gy, double gz = 0.0) { return {{gx, gy, gz}}; }
 
-/// The same along one of the axes: that the others are level is known while compiling.
+/// Gravity along one of the axes; the compiler knows that the others are level.
 template <int axis>
 struct GravityAlong {
   double g;  ///< the acceleration of free fall, negative where bodies fall against the axis
@@ -241,13 +241,14 @@ auto kinematic_system(Place place, Potential V = {}) {
   return detail::kinematic_system_of<n>(std::move(place), std::move(V), detail::NoKineticTerm{}, n);
 }
 
-/// The same with a further kinetic term T_extra(qdot), (q, qdot) or (q, qdot, t): a flywheel, a motor behind its gear, a vector potential.
+/// The system of placed bodies with a further kinetic term T_extra(qdot), (q, qdot) or (q, qdot, t): a flywheel, a motor behind its gear,
+/// a vector potential.
 template <int n, class Place, class Potential, class Extra>
 auto kinematic_system(Place place, Potential V, Extra T_extra) {
   return detail::kinematic_system_of<n>(std::move(place), std::move(V), std::move(T_extra), n);
 }
 
-/// The same for a number of coordinates that is known only at run time; q is a dynamic vector.
+/// The system of placed bodies whose number of coordinates is known only at run time; q is a dynamic vector.
 ///
 /// @throws InvalidValue  when n < 1
 template <class Place, class Potential = NoPotential>

@@ -110,7 +110,7 @@ ParameterJacobian<n, m> acceleration_jacobian_wrt_parameters(const F& energies_o
   return result;
 }
 
-/// The same for a model whose members are its parameters, in order: template <class S> struct Pendulum { S m, l, g; … }.
+/// q̈ and ∂q̈/∂p of a model whose members are its parameters, in order: template <class S> struct Pendulum { S m, l, g; … }.
 ///
 ///     acceleration_jacobian_wrt_parameters<Pendulum>(p, q, qdot)
 template <template <class> class Model, int n, int m>

@@ -26,8 +26,8 @@
 // and its motion is a position r_A(q) and a rotation R(q). `kinetic_energy_of_body` takes these
 // two functions and differentiates them itself (velocity.hpp, rotation.hpp).
 //
-// M, M AG and I_A are sums over points, so bodies that are fixed to each other simply add:
-// `compound` is all there is to a pendulum of two rods and a disk.
+// M, M AG and I_A are sums over points, so they add up for bodies that are fixed to each other. `compound` does that, for a
+// pendulum of two rods and a disk for example.
 
 #include <cmath>
 #include <initializer_list>
@@ -97,7 +97,7 @@ auto kinetic_energy_about_point(double M, const Eigen::MatrixBase<Arm>& AG, cons
          M * detail::triple_product(v_A, omega, AG);
 }
 
-/// The same in a plane: T = ½ M v_A·v_A + M ω (AG_x v_y − AG_y v_x) + ½ I_A ω².
+/// The kinetic energy of a body that moves in a plane: T = ½ M v_A·v_A + M ω (AG_x v_y − AG_y v_x) + ½ I_A ω².
 ///
 /// @param AG     from A to the centre of mass, 2 entries, space axes
 /// @param I_A    moment of inertia about the axis through A normal to the plane

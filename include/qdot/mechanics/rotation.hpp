@@ -28,7 +28,7 @@
 // - Euler angles: three turns about axes of the turning body, R = R_i(a) R_j(b) R_k(c). The lecture's
 //   3-1-3 (precession φ, nutation θ, spin ψ) and the 3-2-1 of vehicles (yaw, pitch, roll) are the two
 //   usual of twelve. Every set has a *gimbal lock* where its axes fall together and q̇ no longer follows
-//   from ω: sin θ = 0 for i-j-i, cos b = 0 for i-j-k. There M is singular, and the library says so.
+//   from ω: sin θ = 0 for i-j-i, cos b = 0 for i-j-k. There M is singular, and the library throws SingularMassMatrix.
 // - Quaternions: four numbers, no lock. R(p) below divides by |p|², hence any p ≠ 0 is a rotation.
 // - The rotation vector (axis times angle), R = exp [v×]: regular around v = 0, locked at |v| = 2π.
 

@@ -41,8 +41,8 @@ enum class Inertia {
 
 namespace detail {
 
-// q or q̇ of a state, which takes {1.0} for one coordinate and {3, 1} for two that are counted at run time; Eigen's own vectors
-// take the first for a size and the second for three rows and a column.
+// q or q̇ of a state. It takes {1.0} for one coordinate and {3, 1} for two that are counted at run time. Eigen's own vectors take
+// the first for a size and the second for three rows and a column.
 template <int n>
 struct ListedVector : Vector<double, n> {
   using Numbers = std::conditional_t<n == Dynamic, std::initializer_list<double>, double>;
@@ -210,7 +210,7 @@ auto mechanical_system(Kinetic T, Potential V) {
   return detail::checked_system<detail::held_as<n>>(KineticAndPotential<Kinetic, Potential>{std::move(T), std::move(V)}, n);
 }
 
-/// The same from one object with members T and V, or from T alone when there is no potential.
+/// The system with n coordinates from one object with members T and V, or from T alone when there is no potential.
 template <int n, class Energies>
 auto mechanical_system(Energies energies) {
   return detail::checked_system<detail::held_as<n>>(detail::energies_object<detail::held_as<n>>(std::move(energies)), n);
@@ -224,7 +224,7 @@ auto mechanical_system(Eigen::Index n, Kinetic T, Potential V) {
   return detail::checked_system<Dynamic>(KineticAndPotential<Kinetic, Potential>{std::move(T), std::move(V)}, n);
 }
 
-/// The same from one object with members T and V, or from T alone when there is no potential.
+/// The system with n coordinates, n known at run time, from one object with members T and V, or from T alone when there is no potential.
 template <class Energies>
 auto mechanical_system(Eigen::Index n, Energies energies) {
   return detail::checked_system<Dynamic>(detail::energies_object<Dynamic>(std::move(energies)), n);

@@ -21,9 +21,9 @@
 //       return 0.5 * velocity_of(position, q, qdot).squaredNorm();         // ½ (ṙ² + r²φ̇²)
 //     };
 //
-// It works inside T because duals nest: when Lagrange's equations feed T with scalars S that carry
-// derivatives themselves, r is evaluated on Dual<S, 1>, and ṙ arrives as S with all of them intact.
-// The inner ε has a tag of its own, so that it cannot be taken for an outer one.
+// It works inside T because duals nest. Lagrange's equations evaluate T on scalars S that carry derivatives themselves. Then r is
+// evaluated on Dual<S, 1>, and ṙ comes back as S with all of these derivatives. The inner ε has a tag of its own, so that it
+// cannot be taken for an outer one.
 //
 // Once more around gives the acceleration, r̈ = J q̈ + J̇ q̇ + …, from
 //

@@ -20,7 +20,7 @@ auto written_out(Energies energies) {
   return detail::energies_object<n>(std::move(energies));
 }
 
-/// The same of two functors.
+/// The energies T and V of two functors, as they are given.
 template <int n, class Kinetic, class Potential>
 [[deprecated("qdot: written_out<n>(T, V) has no effect any more: every system derives its equations by itself; give T and V alone")]]
 auto written_out(Kinetic T, Potential V) {

@@ -23,7 +23,7 @@ namespace qdot::report {
 /// A point of the picture, in the units of the model; y is upwards, or in space z.
 struct Point {
   double x = 0;  ///< to the right
-  double y = 0;  ///< upwards; in space away from who looks along y
+  double y = 0;  ///< upwards; in space away from an observer that looks along y
   double z = 0;  ///< of pictures in space: upwards
 };
 
@@ -103,7 +103,7 @@ struct Animation {
   std::string time_unit = "s";               ///< as the page shows it
 };
 
-/// The same as a plane picture, as its camera sees it; as it is where it has none.
+/// The animation as a plane picture, as its camera sees it; unchanged where it has no camera.
 inline Animation as_seen(Animation animation) {
   if (!animation.drawing.camera) return animation;
   const Camera camera = *animation.drawing.camera;

@@ -7,10 +7,9 @@
 //     const auto e = qdot::equations(system, {{"m", &Pendulum::m}, {"l", &Pendulum::l}, {"g", &Pendulum::g}});
 //     e.text(qdot::report::PlainNotation{})
 //
-// gives the Lagrangian, the momenta, the mass matrix, Lagrange's equations M q̈ = r and, where it has a closed form, q̈, in the names that the system's
-// coordinates have (System::with_names) and in those of the parameters; a parameter that is not named appears as its number. The functors are run once
-// for each set of values that report/equations/parameter_letters.hpp asks for, and must be one formula: a T that branches on the state has no equations to be
-// written down.
+// gives the Lagrangian, the momenta, the mass matrix, Lagrange's equations M q̈ = r and, where it has a closed form, q̈. Names are those of the system's
+// coordinates (System::with_names) and of the parameters; a parameter that is not named appears as its number. The functors are run once for each set of
+// values that report/equations/parameter_letters.hpp asks for, and must be one formula. A T that branches on the state has no equations to be printed.
 
 #include <cstddef>
 #include <string>
@@ -55,7 +54,7 @@ struct Equations : EquationsOfMotion {
   }
 };
 
-/// Beyond this nobody reads formulas, and none are made.
+/// Beyond this formulas are too long to read, and none are made.
 inline constexpr std::size_t most_coordinates_to_read = 16;
 
 namespace detail {

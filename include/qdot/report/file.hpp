@@ -3,9 +3,9 @@
 //
 // Files that are there completely or not at all.
 //
-// A file is first written under a temporary name in the directory where it belongs, and then renamed; within one
-// directory POSIX renames atomically, so a reader sees the old file or the new one, never half of one. Files that belong
-// together (x.csv, x.npz, x.html) are all written before the first is renamed: a full disk leaves none of them.
+// A file is first written under a temporary name in the directory where it belongs, and then renamed. Within one directory POSIX
+// renames atomically, so a reader sees the old file or the new one, never half of one. Files that belong together (x.csv, x.npz,
+// x.html) are all written before the first is renamed: a full disk leaves none of them.
 
 #include <cerrno>
 #include <cstdio>

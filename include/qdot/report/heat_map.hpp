@@ -3,10 +3,9 @@
 //
 // A quantity over a plane, as colours: markup for a page (html.hpp) that draws itself on a canvas.
 //
-// Cells stand in rows from the bottom to the top and are as many as there are values; the wheel zooms at the pointer, dragging shifts, a double click
-// shows all, and the value under the pointer stands below. Colours go from dark blue over green to yellow, evenly in lightness (after the map "viridis"
-// of Smith and van der Walt, 2015, in nine steps with straight lines between). A cell without a value is hatched, and the reader sees why: its
-// text says so.
+// Cells are in rows from the bottom to the top, as many as there are values. The wheel zooms at the pointer, dragging shifts, and a double click shows
+// all. The value under the pointer is shown below. Colours go from dark blue over green to yellow, evenly in lightness (after the map "viridis" of
+// Smith and van der Walt, 2015, in nine steps with straight lines between). A cell without a value is hatched, and its text gives the reason.
 
 #include <algorithm>
 #include <cmath>

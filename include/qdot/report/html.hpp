@@ -181,7 +181,7 @@ inline Page in_symbols(Page page) {
   return page;
 }
 
-/// The page as one HTML file that contacts nobody.
+/// The page as one HTML file that loads nothing from a network.
 ///
 /// The animation is left out where there is nothing to play: fewer than two frames, or a point that is not finite.
 inline std::string html(const Page& page) {

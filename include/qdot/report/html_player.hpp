@@ -3,9 +3,9 @@
 //
 // The script and the style of the page, as text that goes into it unchanged.
 //
-// The player draws on a canvas: it scales the model's plane to fit with equal units on both axes, interpolates between
-// frames, and moves a cursor along every plot whose x axis is time. Space plays and pauses, the arrow keys step. It starts by
-// itself unless the reader asked the system for less motion. A picture in space is turned by dragging it, or by shift and the arrow keys.
+// The player draws on a canvas. It scales the model's plane to fit with equal units on both axes, interpolates between frames, and moves
+// a cursor along every plot whose x axis is time. Space plays and pauses, the arrow keys step. It starts by itself unless the reader
+// asked the system for less motion. A picture in space is turned by dragging it, or by shift and the arrow keys.
 
 namespace qdot::report::detail {
 

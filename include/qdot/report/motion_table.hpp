@@ -7,8 +7,8 @@
 //     write_files({{"swing.csv", csv(motion_table(system, run, 1001))}});
 //
 // The columns are t, the coordinates, the velocities and the effects' own states, by the names that messages call them: q0, q1, …, qdot0, …,
-// z0, …, or those that the system was given. Rows lie at equal distances in time, on the dense output of the method, which is as accurate as
-// its steps; at a jump a row has the state behind it. sample_table() has a row for each of Options::output_times instead.
+// z0, …, or those that the system was given. Rows are at equal distances in time, on the dense output of the method, which is as accurate as
+// its steps. At a jump a row has the state behind it. sample_table() has a row for each of Options::output_times instead.
 
 #include <Eigen/Core>
 #include <cstddef>

@@ -286,7 +286,7 @@ Page run_page(const System& system, const Run<n>& run, const ReportOptions& opti
   return detail::page_of(std::move(reported), options);
 }
 
-/// Writes the page of a run as one HTML file that contacts nobody.
+/// Writes the page of a run as one HTML file that loads nothing from a network.
 ///
 /// @param path  of the file, in a directory that exists
 /// @throws UnwritableFile  naming the path and the system's reason

@@ -13,8 +13,8 @@
 //      0 ┼────┬────┬────
 //        0    1    2          t [s]
 //
-// Curves with far more points than pixels are thinned so that nothing visible is lost: within each quarter of a pixel the
-// first, lowest, highest and last point stay; of dots (Series::dots) one in each tenth of a pixel. Of marks one in each pixel is drawn.
+// Curves with far more points than pixels are thinned so that nothing visible is lost. Within each quarter of a pixel the first,
+// lowest, highest and last point stay; of dots (Series::dots) one in each tenth of a pixel. Of marks one in each pixel is drawn.
 // Colours are CSS variables (theme.hpp), so one file serves light and dark.
 
 #include <algorithm>
@@ -257,9 +257,10 @@ inline void equalize(std::pair<double, double>& x, std::pair<double, double>& y,
   y = {y.first - dy, y.second + dy};
 }
 
-/// The marks of a plot as lines from top to bottom, to be drawn behind the curves, and their names, in front of them. A name stands where
-/// it is new, below others if it must, and again wherever it fits in front of the next mark; to a pointer, each of the first few hundred
-/// lines says its own. What happens more than forty times is a rug: one path of short lines at the bottom, with its name and how often.
+/// The marks of a plot as lines from top to bottom, to be drawn behind the curves, and their names, in front of them. A name is drawn
+/// where it is new, below others if it must, and again wherever it fits in front of the next mark. Each of the first few hundred lines
+/// shows its own name to a pointer. What happens more than forty times is a rug: one path of short lines at the bottom, with its name and
+/// how often.
 inline std::pair<std::string, std::string> drawn_marks(const Plot& plot, const AxisMap& x, double left, double right, double top, double bottom) {
   constexpr std::size_t most_told = 200, most_rows = 3;
   constexpr std::ptrdiff_t most_lines = 40;

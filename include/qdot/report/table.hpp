@@ -3,8 +3,8 @@
 //
 // What the report layer is given: columns of numbers with names and units, nothing else.
 //
-// Nothing in report/ knows about mechanics. A run is turned into a `Table` once, by whoever ran it, and every
-// writer (CSV, NPZ, plots, page) takes it from there; so a writer can be tested as text, without a simulation.
+// Nothing in report/ knows about mechanics. A run is turned into a `Table` once, by the code that ran it, and every writer (CSV,
+// NPZ, plots, page) uses the table. So a writer can be tested as text, without a simulation.
 
 #include <cstddef>
 #include <string>

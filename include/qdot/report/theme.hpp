@@ -3,9 +3,9 @@
 //
 // The colours of plots and pages, once for light and once for dark.
 //
-// Eight series colours that stay apart for the common forms of colour blindness (after Okabe and Ito, "Color Universal
-// Design", 2008), darkened or lightened until they read well as thin lines on their paper. More than eight curves are
-// drawn along one hue circle, because then their order matters more than their names.
+// Eight series colours that stay apart for the common forms of colour blindness (after Okabe and Ito, "Color Universal Design",
+// 2008). They are darkened or lightened until they read well as thin lines on their paper. More than eight curves are drawn along
+// one hue circle, because then their order matters more than their names.
 
 #include <array>
 #include <cstddef>

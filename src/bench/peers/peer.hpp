@@ -18,7 +18,7 @@ ChainAcceleration of_links(int n, const Make& make) {
   return found;
 }
 
-/// The same for many states by one call: the first angles of all of them, then the second ones, and so on.
+/// Accelerations of many states by one call: the first angles of all of them, then the second ones, and so on.
 using ChainAccelerations = void (*)(const double* q, const double* qdot, double* qddot, int states);
 
 /// Instead of acceleration_of_chain from peers that evaluate many states at once.

@@ -4,7 +4,7 @@
 // Sines and cosines of lines, several at once.
 //
 // The angles of a formula mostly stand on one level, and the polynomials for a sine (ad/pack_math.hpp) take four angles at a time in the time
-// of one. They are the same operations in each lane, and products are not fused with sums, so a result does not depend on its neighbours, on
+// of one. They are the same operations in each lane, and products are not fused with sums. So a result does not depend on its neighbours, on
 // how many there are, or on the processor. Errors stay below 1 unit in the last place. Angles beyond 10⁵ and NaN are the C library's.
 
 #include <cmath>
@@ -66,8 +66,8 @@ template <std::size_t most_lanes>
   }
 }
 
-// As machine code calls them. They do not throw. The upper halves of registers are cleared at the end, which compilers leave out below -O2: left as they
-// are, they make all code of SSE in the program several times slower.
+// As machine code calls them. They do not throw. The upper halves of registers are cleared at the end, which compilers leave out below -O2. Otherwise
+// all code of SSE in the program becomes several times slower.
 #if defined(__GNUC__) && !defined(__clang__)
 [[gnu::noinline, gnu::optimize("fp-contract=off")]]
 #else

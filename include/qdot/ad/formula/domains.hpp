@@ -3,9 +3,9 @@
 //
 // Where a formula has a value.
 //
-// A graph may hold for more than what was written down: √x² has become x, and x x / x too, but the first has no value where x < 0, the second none at 0, and a
-// force that is derived there belongs to no energy. So whoever makes nodes of a user's operations says of their arguments where these have a value, and
-// the graph remembers it (BasicNode::domain).
+// A simplified graph may have values where the user's formula has none. (√x)² has become x, and so has x x / x, but the first has no value where x < 0, the
+// second none at 0. A force that is derived there belongs to no energy. So code that makes nodes of a user's operations marks where their arguments have a
+// value, and the graph keeps it (BasicNode::domain).
 
 #include "qdot/ad/formula/graph.hpp"
 
@@ -35,7 +35,7 @@ constexpr void restrict_to(Domain domain, BasicGraph<Coefficient>& graph, int x)
   }
 }
 
-/// The same of x as the base of a power.
+/// Restricts x, the base of a power, to the domain of the power.
 template <class Coefficient>
 constexpr void restrict_to_power(BasicGraph<Coefficient>& graph, int x, double exponent) {
   const bool whole = exponent >= -1e9 && exponent <= 1e9 && exponent == static_cast<double>(static_cast<int>(exponent));
@@ -43,7 +43,7 @@ constexpr void restrict_to_power(BasicGraph<Coefficient>& graph, int x, double e
   restrict_to(whole ? Domain::nonzero : exponent < 0.0 ? Domain::positive : Domain::nonnegative, graph, x);
 }
 
-/// The same of x as the argument of a function.
+/// Restricts x, the argument of a function, to the domain of the function.
 template <class Coefficient>
 constexpr void restrict_to_function(BasicGraph<Coefficient>& graph, Function f, int x) {
   const auto one_less_square = [&] {

@@ -14,15 +14,14 @@
 //     product           a · b
 //
 // Every node is made once: a formula that occurs twice is the same node (hash-consing), so the cosine
-// that T and V have in common is computed once. Making a node also simplifies it: constants are folded,
-// factors move outwards, roots and quotients become powers and powers of one base are multiplied,
-// 1/√(x² + y²) differentiated is −x (x² + y²)^(−3/2) with one power and not a tower of quotients.
+// that T and V have in common is computed once. Making a node also simplifies it: constants are folded, factors move outwards,
+// roots and quotients become powers, and powers of one base are multiplied. So 1/√(x² + y²) differentiated is −x (x² + y²)^(−3/2)
+// with one power and not a tower of quotients.
 //
 // The numbers in a graph, coefficients, may be such as are compared up to rounding (ad/formula/coefficient.hpp), for formulas that are multiplied out.
 //
-// Differentiation walks the graph backwards from an output and adds nodes for the chain rule (reverse
-// mode): all partial derivatives of one output cost a few times the nodes of the output. The result is
-// graph again, and can be differentiated again.
+// Differentiation walks the graph backwards from an output and adds nodes for the chain rule (reverse mode). All partial
+// derivatives of one output cost a few times the nodes of the output. The result is graph again, and can be differentiated again.
 //
 // A function's derivative is f′(a) = a *slope* node z. For series that is all there is to know about f:
 // w = f(u) has w˙ = z u˙, hence  k w_k = Σ_{j=1…k} (j u_j) z_{k−j}  (ad/series/sweep.hpp).
@@ -249,7 +248,7 @@ class BasicGraph {
     return gradient(output, variables, std::vector<char>(static_cast<std::size_t>(output) + 1, 1));
   }
 
-  /// The same where it is known which nodes depend on the variables: the others are left out.
+  /// ∂output/∂x for each variable, where it is known which nodes depend on them: the others are left out.
   [[gnu::noinline]] constexpr std::vector<int> gradient(int output, std::span<const int> variables, const std::vector<char>& depends) {
     const int zero = constant(0.0);
     std::vector<int> adjoint(static_cast<std::size_t>(output) + 1, -1);

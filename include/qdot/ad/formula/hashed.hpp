@@ -4,12 +4,12 @@
 // A scalar that keeps a hash of the formula by which it was made, and no value.
 //
 // Functors that are run on variables with certain hashes return the same hashes as long as they do the same operations with the same constants in the same
-// order; another captured number, sign or term gives another hash (64 bits). That is a cheaper question than recording the formula once more
+// order. Another captured number, sign or term gives another hash (64 bits). That is a cheaper question than recording the formula once more
 // (ad/formula/recording.hpp): one multiplication for each operation, and no sine, whatever the state is. Operations are inlined always: of functors without
 // loops the compiler carries out all but those with captured numbers.
 //
-// Derivatives are not taken. That of a function follows from its formula, so a hash of that stands for it: the function is run on arguments that are
-// marked, and what it returns is digested.
+// Derivatives are not taken. The derivative of a function follows from its formula, so a hash of the formula stands for it. The function is run on
+// arguments that are marked, and its result is hashed.
 //
 // Comparisons are answered as they were when a branch was recorded, in their order, and what is compared goes into a hash of its own. Whatever a recording
 // refuses, or a comparison that the branch does not know, throws NoFormula.

@@ -3,8 +3,8 @@
 //
 // Sorting by little code.
 //
-// Every program that derives equations sorts lists of four or five types. std::sort is ten functions for each of them, std::stable_sort more, and
-// what is sorted here is mostly in order already, or nearly so. Runs of 1, 2, 4, … elements are merged, as std::stable_sort does: elements that are
+// Every program that derives equations sorts lists of four or five types. std::sort is ten functions for each of them, and std::stable_sort more.
+// The lists here are mostly in order already, or nearly so. Runs of 1, 2, 4, … elements are merged, as std::stable_sort does: elements that are
 // alike keep their order.
 
 #include <algorithm>

@@ -10,9 +10,9 @@
 // Bounds are too wide where an argument occurs more than once (x − x is [a − b, b − a]), by an amount that shrinks with the
 // interval: halve it and ask again. Dual<Interval, 1> bounds a function and its derivative together.
 //
-// Every result is widened by four rounding units and by the smallest double, which covers the rounding of arithmetic and of the
+// Every result is widened by four rounding units and by the smallest double. That covers the rounding of arithmetic and of the
 // functions of a common <cmath> (errors of up to two units). A function with an edge is bounded over the part of the interval where it
-// is defined: sqrt of [−1, 4] is [0, 2]; where there is no such part, and where there is a pole inside, the bounds are infinite.
+// is defined: sqrt of [−1, 4] is [0, 2]. Where there is no such part, and where there is a pole inside, the bounds are infinite.
 //
 // A comparison is answered where every choice inside gives the same answer; otherwise it throws Undecided, for a formula with a branch
 // is then not one formula.

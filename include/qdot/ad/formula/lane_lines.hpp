@@ -100,7 +100,7 @@ inline void carry_out_circular(const LineTable& table, const RunOfLines& run, La
                    run.first.to + k, run.first.b + k);
 }
 
-// Copies numbers, to[i] = *from[i], in as few instructions as there are: what is written in pieces and read as a whole soon afterwards waits until the
+// Copies numbers, to[i] = *from[i], in as few instructions as there are. What is written in pieces and read as a whole soon afterwards waits until the
 // pieces have reached the cache.
 template <std::size_t width>
 [[gnu::always_inline]] inline void copy_lanes(double* to, const double* const* from, std::size_t count) {

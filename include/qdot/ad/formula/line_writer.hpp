@@ -4,8 +4,8 @@
 // From a graph to lines, equal ones together.
 //
 // An operation can be carried out as soon as its arguments are there, so nodes have levels: one more than the higher of their arguments'. On a level
-// the order is free. Nodes that do the same are put behind each other in the order of their arguments' places, and get consecutive places
-// themselves; where the user's loop went from neighbour to neighbour, so do the places, and the level becomes a few runs (ad/formula/lines.hpp).
+// the order is free. Nodes with the same operation are put behind each other in the order of their arguments' places, and get consecutive places
+// themselves. Where the user's loop went from neighbour to neighbour, so do the places, and the level becomes a few runs (ad/formula/lines.hpp).
 //
 // A product with one sum or difference as its only user is part of that one's line.
 //
@@ -98,7 +98,7 @@ class LineWriter {
     put_in_order(needed_, [](int x, int y) { return x < y; });
   }
 
-  // Leaves those products out of needed_ that are part of somebody else's line, and marks them.
+  // Leaves those products out of needed_ that are part of another node's line, and marks them.
   [[gnu::cold]] void find_parts(const std::vector<int>& outputs, std::size_t first, std::size_t last) {
     for (const int w : needed_) users_[static_cast<std::size_t>(w)] = 0;
     const auto count = [&](int x) {
@@ -109,14 +109,14 @@ class LineWriter {
       if (node.kind == Kind::constant) continue;
       count(node.a);
       count(node.b);
-      if (node.kind != Kind::affine || node.b < 0 || decisive(node.c) != 0.0)  // who is no sum needs its argument as it is
+      if (node.kind != Kind::affine || node.b < 0 || decisive(node.c) != 0.0)  // a node that is no sum needs its argument as it is
         for (const int x : {node.a, node.b}) count(x);
     }
     for (std::size_t i = first; i < last; ++i)
       for (int again = 0; again < 2; ++again) count(outputs[i]);
     std::erase_if(needed_, [&](int w) {
       const bool part = is_part(w);
-      if (part) place_[static_cast<std::size_t>(w)] = -1;  // somebody may ask for it another time
+      if (part) place_[static_cast<std::size_t>(w)] = -1;  // a later call may need it
       return part;
     });
   }
@@ -192,7 +192,7 @@ class LineWriter {
     return l;
   }
 
-  // A sum of two of which one or both are products that nobody else asks for; a product comes first.
+  // A sum of two terms of which one or both are products that no other node uses; a product comes first.
   Line line_with_products(int w) const {
     const auto& node = graph_[w];
     const bool turned = !is_part(node.a);

@@ -99,7 +99,7 @@ template <class Number, class F>
   }
 }
 
-// The same of functions that take longer than finding a and b does: one loop for lists and for steps.
+// Carries out functions that take longer than finding a and b does: one loop for lists and for steps.
 template <bool also_side_by_side, class Number, class F>
 [[gnu::always_inline]] inline void carry_out_slow(const LineTable& table, const RunOfLines& run, Number* x, const F& f) {
   Number* __restrict const to = x + run.first.to;
@@ -224,8 +224,8 @@ void carry_out(const LineTable& table, const RunOfLines& run, Number* x) {
   }
 }
 
-// All lines, on numbers x. Each jumps to the next by itself: a processor remembers where each of several jumps goes, of one
-// jump in a loop it remembers less, and the lines take half as long again.
+// All lines, on numbers x. Each jumps to the next by itself: a processor predicts several jumps separately. With one jump in a
+// loop it predicts worse, and the lines take half as long again.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wpedantic"  // labels as values, which g++ and clang have
 template <class Number>

@@ -3,7 +3,7 @@
 //
 // Derivatives of many outputs, each of which depends on few variables.
 //
-// The walk back from an output (ad/formula/graph.hpp) visits the nodes that lead to it and no others: those that are still to be visited are kept in a
+// The walk back from an output (ad/formula/graph.hpp) visits the nodes that lead to it and no others. Nodes that are still to be visited are kept in a
 // heap, the latest first. A row of a thousand rods costs what it is made of, however long the graph is.
 
 #include <algorithm>

@@ -8,9 +8,9 @@
 //
 // The recording holds for every state only if the functor does the same operations everywhere. So
 // comparing two Recorded by size, and functions with a kink (abs, min, max, floor), are refused with
-// NotAnalytic: a formula with a branch is not one power series. One comparison is let through, because
-// guards like `if (r == 0)` are common and right: x == c is answered "no", the node and c are noted as an
-// assumption, and the assumption is checked at every point of expansion. A recorded number has no plain value either.
+// NotAnalytic: a formula with a branch is not one power series. One comparison is allowed, because guards like `if (r == 0)` are
+// common and right. x == c is answered "no", and the node and c are noted as an assumption, which is checked at every point of
+// expansion. A recorded number has no plain value either.
 //
 // A recording that is given the values of its variables (Recording::branches) answers comparisons by them, and notes the guards on which the branch
 // that it has taken depends (ad/formula/branches.hpp).

@@ -16,8 +16,8 @@
 // no interest, the exponential is. A quotient by something of time counts as its inverse. So do functions of state and time together,
 // f(q − ct), with q on the straight way that q̇ points to.
 //
-// What does not matter. Reverse differentiation with the largest slopes says by how much u can change what finally depends on it, beside
-// the size that this has; where that is less than the accuracy asked for, u may do what it likes.
+// What does not matter. Reverse differentiation with the largest slopes bounds how much u can change what finally depends on it, beside
+// the size that this has. Where that is less than the accuracy asked for, u does not matter.
 
 #include <algorithm>
 #include <cmath>

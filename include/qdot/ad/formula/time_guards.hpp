@@ -146,7 +146,7 @@ class BasicTimeGuards {
     bool negative;
   };
 
-  // The last time in front of a switch and the first one behind it, of what is clear in front of a and switches in front of b, or at it.
+  // The last time in front of a switch and the first one behind it, for a switch between a and b, or at b. At a the guards are clear.
   template <class Decided>
   std::optional<Switch> isolated(Kind kind, double a, double b, std::span<const double> y, const Decided& decided) {
     evaluate(a, y);

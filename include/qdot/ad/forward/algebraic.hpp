@@ -11,12 +11,11 @@
 // lookup: a model that says `using std::sin;` and then `sin(x)` computes with plain numbers and
 // with duals alike.
 //
-// Where f′ is infinite (√0, ∛0, the angle of the origin) or undefined (|x| at 0, max at a tie) the value is
-// still right, and the derivative follows these rules: an infinite slope is infinite, unless the tangent it
-// multiplies is zero, which stays zero (a constant has no derivative); |x| and max take the slope
-// of the side that the comparison of values selects, |x| at 0 that of x, and max at a tie with a constant that of the other:
-// max(0, x) and max(x, 0) are the same. Powers are exact where mechanics needs
-// them: pow(x, k) and pow(x, 2.0) are differentiable at x = 0, without a logarithm.
+// Where f′ is infinite (√0, ∛0, the angle of the origin) or undefined (|x| at 0, max at a tie) the value is still right, and the
+// derivative follows these rules. An infinite slope is infinite, unless the tangent it multiplies is zero, which stays zero (a
+// constant has no derivative). |x| and max take the slope of the side that the comparison of values selects. |x| at 0 takes that
+// of x, and max at a tie with a constant that of the other: max(0, x) and max(x, 0) are the same. Powers are exact where
+// mechanics needs them: pow(x, k) and pow(x, 2.0) are differentiable at x = 0, without a logarithm.
 //
 // Where f has no value, it has no slope: ln x of a negative x is NaN, and so is its derivative, although 1/x would be a number.
 // So a force cannot outlive the energy that it is the slope of.
@@ -79,7 +78,7 @@ constexpr S edge_product(const S& slope, const S& tangent) {
   }
 }
 
-// The same as chain() for an f whose slope may be infinite, there: 0 · ∞ = 0 for a plain zero.
+// chain() for an f whose slope may be infinite at x: 0 · ∞ = 0 for a plain zero.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> chain_at_edge(const S& f, const S& df, const Dual<S, N, Tag>& x) {
   Dual<S, N, Tag> r;
@@ -87,7 +86,7 @@ constexpr Dual<S, N, Tag> chain_at_edge(const S& f, const S& df, const Dual<S, N
   for (std::size_t i = 0; i < N; ++i) r.tangent[i] = edge_product(df, x.tangent[i]);
   return r;
 }
-// The same for an f whose slope may be infinite where f = 0.
+// chain() for an f whose slope may be infinite where f = 0.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> chain_from_zero(const S& f, const S& df, const Dual<S, N, Tag>& x) {
   if constexpr (Symbolic<S>) {  // an f that is not constant: the division in df has recorded that f must not be zero
@@ -97,7 +96,7 @@ constexpr Dual<S, N, Tag> chain_from_zero(const S& f, const S& df, const Dual<S,
   }
   return chain(f, df, x);
 }
-// The same for an f whose slope may be infinite where `margin` is 0, and that has no value where it is negative.
+// chain() for an f whose slope may be infinite where `margin` is 0, and that has no value where it is negative.
 template <class S, int N, class Tag>
 constexpr Dual<S, N, Tag> chain_within(const S& margin, const S& f, const S& df, const Dual<S, N, Tag>& x) {
   if constexpr (Symbolic<S>) {
@@ -355,7 +354,7 @@ template <class A, class B>
 concept DualAndNumber = (DualNumber<A> && NumberBeside<B, A>) || (DualNumber<B> && NumberBeside<A, B>);
 template <class A, class B>
 using DualOf = std::conditional_t<std::is_same_v<A, B> || NumberBeside<B, A>, A, B>;
-// The same of three arguments.
+// The dual among three arguments.
 template <class A, class B, class C>
 using DualAmong = DualOf<DualOf<A, B>, C>;
 template <class A, class B, class C>

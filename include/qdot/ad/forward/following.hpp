@@ -22,7 +22,7 @@
 
 namespace qdot::detail {
 
-// Such scalars say so.
+// Such scalars specialize follows_duals with true.
 template <class T>
 inline constexpr bool follows_duals = false;
 template <class T>
@@ -105,7 +105,7 @@ auto fma(const A& x, const B& y, const C& z) {
   return E(E(x) * E(y) + E(z));
 }
 
-// The plain number in x, at which somebody looks.
+// The plain number in x, for a caller that compares it.
 template <FollowsDuals E>
 double looked_at(const E& x) {
   if constexpr (requires { E::compared(x, x); }) E::compared(x, x);

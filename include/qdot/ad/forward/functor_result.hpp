@@ -11,7 +11,8 @@
 //     }
 //
 // and no type tells whether what it refers to outlives the functor. So a functor returns numbers: a scalar, or a vector or matrix that
-// holds its own. All of the library's calls of functors that may return vectors go through result_of(), which says so in English.
+// holds its own. All of the library's calls of functors that may return vectors go through result_of(), whose error message
+// explains this.
 
 #include <type_traits>
 #include <utility>

@@ -3,7 +3,7 @@
 //
 // Which function has no value where a formula is NaN.
 //
-// The formula is computed once more with duals of a tag of their own, whose functions throw the first argument that is outside of
+// The formula is computed once more with duals of a tag of their own. Their functions throw the first argument that is outside of
 // their domain: acos(1 + 2.2e-16), from a cosine that was rounded.
 
 #include <cmath>

@@ -4,8 +4,9 @@
 // Lines as machine code: what LineEvaluator (ad/native/line_evaluator.hpp) does once a table has been carried out often.
 //
 // The table is translated (ad/native/emitter.hpp) and the code put into executable pages (ad/native/executable_pages.hpp). There is none where the system
-// refuses such pages, on other processors than x86-64 and AArch64, where a table is longer than longest_native_lines, where the environment has
-// QDOT_NATIVE=0, and where a first trial shows that the two would differ (a compiler that fuses products and sums though it is told not to).
+// refuses such pages, on other processors than x86-64 and AArch64, and where a table is longer than longest_native_lines. There is none either where the
+// environment has QDOT_NATIVE=0, and where a first trial shows that the two would differ. That happens with a compiler that fuses products and sums
+// though it is told not to.
 //
 // Programs that link qdot::compiled do not read this file: the library has it.
 

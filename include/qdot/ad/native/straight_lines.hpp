@@ -4,7 +4,7 @@
 // A table of lines without runs, and what registers need to know of it.
 //
 // Native code has no loops: each line of a run (ad/formula/lines.hpp) becomes a line of its own. Values that are computed have numbers; the others are
-// inputs. For each value its uses are known, in order, so that a register can be taken from the value whose next use is furthest away, which
+// inputs. For each value its uses are known, in order, so that a register can be taken from the value whose next use is furthest away. That
 // costs the fewest loads (L. A. Belady, IBM Systems Journal 5 (1966), 78).
 
 #include <algorithm>

@@ -4,8 +4,8 @@
 // Which register or place in memory has a value, while code is written.
 //
 // Values stay in registers as long as there is room. What gives way is the value whose next use is furthest away. Values that are read from outside
-// are stored when they are computed, others only where they give way, to places of numbers that are not read and not needed at the time: few, which
-// stay in the cache.
+// are stored when they are computed, others only where they give way. They go to places of numbers that are not read and not needed at the time;
+// these are few, and stay in the cache.
 
 #include <array>
 #include <bit>

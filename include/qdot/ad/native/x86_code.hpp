@@ -174,7 +174,8 @@ class X86Code {
     put({0x62, (d & 8 ? 0 : 0x80) | (r & 16 ? 0 : 0x40) | (r & 8 ? 0 : 0x20) | (d & 16 ? 0 : 0x10) | map, 0x80 | ((v & 15) << 3) | 0x04 | pp,
          0x40 | (v & 16 ? 0x08 : 0) | more});
   }
-  // The same, of one number in memory for all lanes. What is compared goes to the mask k1, by which one of two is selected.
+  // Operations on eight doubles; an operand in memory is one number for all lanes. What is compared goes to the mask k1, by which
+  // one of two is selected.
   [[gnu::cold, gnu::noinline]] void packed_in_eights(Packed operation, int d, int a, const MachineOperand& b, int detail) {
     constexpr int broadcast_one = 0x10, and_bits = 0x1DB, xor_bits = 0x1EF, blend_by_mask = 0x265;
     if (operation == Packed::test_signs) return put({0xC5, 0xF8, 0x98, 0xC9});

@@ -10,9 +10,9 @@
 //
 // The numbers themselves may be duals: then the sweep gives the gradient and its derivative along their directions.
 //
-// The tape sees besides which variables meet. Second derivatives arise where values are multiplied or put through a
-// function, so |i − j| of any nonzero ∂²f/∂x_i∂x_j is at most the widest range of variables in an operation that is not
-// linear: the `reach` of the tape. A sum over neighbours has a small one, however long it is.
+// The tape sees besides which variables meet. Second derivatives arise where values are multiplied or put through a function. So
+// |i − j| of any nonzero ∂²f/∂x_i∂x_j is at most the widest range of variables in an operation that is not linear: the `reach` of
+// the tape. A sum over neighbours has a small one, however long it is.
 //
 // Plain numbers have a tape of their own, where only that is written down in which two meet that depend on different variables or operations. What
 // is done to one alone is kept beside it, as its slope: to add a term ½ m v² is one operation, the sum. (With duals that would be dearer: a product
@@ -159,8 +159,8 @@ struct Tape<double> {
   int reach = 0;
   bool compared = false;  // a value that depends on variables was compared: the operations may be others elsewhere
 
-  // Room for many operations, most of all that an evaluation asks for. What is not touched costs nothing, and glibc, which gives 128 kB that are freed
-  // back to the system, and twice the largest block once that was more, does not fetch the same pages again at each evaluation.
+  // Room for many operations, most of all that an evaluation asks for. What is not touched costs nothing. glibc gives 128 kB that are freed back to
+  // the system, and twice the largest block once that was more. So it does not fetch the same pages again at each evaluation.
   explicit Tape(Eigen::Index count) : variables(static_cast<int>(count)), nodes(variables) {
     operations.reserve(static_cast<std::size_t>(std::max<Eigen::Index>(12 * count, 6000)));
   }

@@ -3,9 +3,9 @@
 //
 // Interiors of power series: Σ_{j=1…k−1} L_j R_{k−j} of many products at once.
 //
-// A row holds one coefficient of all lanes, one behind the other, so that an instruction adds to as many sums as the processor has room for: two,
-// four or eight, which is decided when the program runs. Terms with odd and even j are added up apart, so that fewer additions wait for
-// others. Products are not fused with sums, and each lane is summed in the same order, so all widths have the same bits.
+// A row holds one coefficient of all lanes, one behind the other. So an instruction adds to as many sums as the processor has room for: two, four
+// or eight, which is decided when the program runs. Terms with odd and even j are added up apart, so that fewer additions wait for others.
+// Products are not fused with sums, and each lane is summed in the same order, so all widths have the same bits.
 //
 // Of a square, L = R, every term but the middle one occurs twice: half of the sum is made, and doubled.
 

@@ -25,14 +25,14 @@
 // and affine nodes have that form already. So the second pass is one sparse triangular product for all kinds.
 //
 // *Late* variables. In Lagrange's equations the velocity's next coefficient is not given but follows from
-// solving M v_k = …, where the right-hand side needs some nodes at order k as if v_k were zero. So
-// advance(k) makes interiors, and the ends of the nodes that do not depend on late variables or that the
-// *early outputs* need; then the late coefficients are solved for, by the caller or, where there is a
-// Recurrence, by the same lines; complete(k) runs the ends of all that depends on them.
+// solving M v_k = …, where the right-hand side needs some nodes at order k as if v_k were zero. So advance(k) makes interiors,
+// and the ends of the nodes that do not depend on late variables or that the *early outputs* need. Then the late coefficients are
+// solved for, by the caller or, where there is a Recurrence, by the same lines. complete(k) runs the ends of all that depends on
+// them.
 //
-// Layout. Every interior is a sum Σ_{j=1…k−1} L_j R_{k−j}: one *lane*. Coefficient j of all lanes' left factors stands in one
-// row, that of the right factors in another, so that one instruction works for as many lanes as a register holds and
-// no lane waits for its own sum (ad/series/interiors.hpp). Where L_j is j a_j, it is stored so. Rows are filled when an order is complete.
+// Layout. Every interior is a sum Σ_{j=1…k−1} L_j R_{k−j}: one *lane*. Coefficient j of all lanes' left factors is in one row, that of the
+// right factors in another. So one instruction works for as many lanes as a register holds, and no lane waits for its own sum
+// (ad/series/interiors.hpp). Where L_j is j a_j, it is stored so. Rows are filled when an order is complete.
 //
 // Ends are lines (ad/formula/lines.hpp) on one array of numbers: k, the factors, the interiors, the variables' coefficients, and what follows from
 // them. There is one table before the late variables are known, in which they are zero and left out, and one after. Both become machine code

@@ -6,8 +6,8 @@
 //     early     what interiors of quotients, powers and functions are, then coefficients k where late variables have none
 //     late      coefficients k of what depends on late variables, and copies of the rates for the next order
 //
-// Where there is a recurrence, the early table begins with the variables and ends with the solution for the late ones, M₀ v_k = τ/k · F_{k−1} − p_k, by
-// the factors of M₀; entries of L that are zero for all states are left out.
+// Where there is a recurrence, the early table begins with the variables and ends with the solution for the late ones. This is M₀ v_k = τ/k · F_{k−1} −
+// p_k, by the factors of M₀; entries of L that are zero for all states are left out.
 //
 // In the early table a late variable is zero, and what is zero is left out. So a node that depends on late variables has two numbers, one of each table;
 // other nodes have one.

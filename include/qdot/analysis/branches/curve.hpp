@@ -9,10 +9,9 @@
 //
 //     R(X) = 0 ,     τ·(X − X₀) = 0 ,
 //
-// which goes round folds, where p turns back. Rows are scaled to the length that they have at the start, unknowns by their sizes, p by the
-// range that is followed; scenes outside of it are not asked for. Constraints give more rows than unknowns, which agree all the same; a step is
-// the one of least squares.
-// Coordinates of which nothing depends keep their values.
+// which goes round folds, where p turns back. Rows are scaled to the length that they have at the start, unknowns by their sizes, and p by the
+// range that is followed. Scenes with p outside of that range are not asked for. Constraints give more rows than unknowns, which agree all the
+// same; a step is the one of least squares. Coordinates of which nothing depends keep their values.
 //
 // Along the curve det [∂R; τ] changes its sign where another curve crosses it. With more rows than unknowns ∂R is taken in an
 // orthonormal basis of its columns, which is carried along so that it does not flip.
@@ -181,8 +180,9 @@ class SteadyCurve {
   }
   static double determinant(const Eigen::MatrixXd& square) { return Eigen::FullPivLU<Eigen::MatrixXd>(square).determinant(); }
 
-  // The size of an unknown in which slopes change: 1, or its own where that is larger, or the power of 10 that many times smaller or larger
-  // where a hundredth of it changes a row by a quarter, or all of it less than by a tenth. A molecule has lengths of 1e-10.
+  // The size of an unknown in which slopes change: 1, or its own where that is larger, times a power of 10. It is divided by 10 as long as
+  // a hundredth of it changes a row by a quarter. It is multiplied by 10 as long as all of it changes rows by less than a tenth. A
+  // molecule has lengths of 1e-10.
   double natural_size(const Eigen::VectorXd& X, Eigen::Index j) const {
     constexpr double smallest = 1e-15, largest = 1e15, at_most = 0.25, at_least = 0.1;
     Eigen::VectorXd length;

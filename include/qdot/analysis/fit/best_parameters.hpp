@@ -1,8 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A fit of parameters to measurements, whatever moves: residuals of all experiments as one function of all that is unknown, its least squares, and
-// what the data say of the result.
+// A fit of parameters to measurements of any motion: residuals of all experiments as one function of all unknowns, and its least squares. It also
+// tells how well the data determine the result.
 //
 //     x = [p; unknown start values of experiment 0; of experiment 1; …]
 

@@ -10,8 +10,8 @@
 //     an x that has arrived at a bound is held there, and the method goes on with the others
 //     it is let go where −Jᵀr points inwards
 //
-// A change of variables that maps the whole line into the bounds would need none of this, but then slopes vanish at every bound: a search that begins
-// there, or comes near, stays for no reason that lies in r, and an x at its bound cannot be told from one that nothing depends on.
+// A change of variables that maps the whole line into the bounds would need none of this, but then slopes vanish at every bound. A search that begins
+// there, or comes near, stays for no reason that lies in r. Nor can an x at its bound be told from one that nothing depends on.
 //
 // Where there is no r (a motion that fails, a mass below zero) the step counts as one that led far up, and a shorter one is tried.
 

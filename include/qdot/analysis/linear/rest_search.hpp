@@ -8,17 +8,17 @@
 //     q̈ (q, q̇, z) = 0 ,   ż (q, q̇, z) = 0 ,   φ(q) = 0 ,   J q̇ = 0   (and a = 0).
 //
 // On constraints these equations are more than the unknowns, and agree all the same: at rest J q̈ = 0 whatever q is.
-// Each row of their Jacobian is scaled to length 1, which makes of every residual a distance in the unknowns, and a
-// step is the shortest one that takes most of the residual away; so directions of which nothing depends keep their
-// values. A step that does not shorten the next one (with the same factors) is halved.
+// Each row of their Jacobian is scaled to length 1, which makes of every residual a distance in the unknowns. A step is the
+// shortest one that takes most of the residual away, so directions of which nothing depends keep their values. A step that does
+// not shorten the next one (with the same factors) is halved.
 //
 // Scales. No length is natural. Row i is met where the last step takes from it no more than `tolerance` of
 //
 //     Eᵢ = Σⱼ |Sᵢⱼ| (|xⱼ| + the way that xⱼ has come) ,
 //
-// its own terms. Accelerations on constraints are what is left of forces that cancel, M⁻¹ (|Jᵀ| |λ|); what is within the rounding of
-// those is zero, and a row weighs the less, the smaller Eᵢ is beside them. Only where steps do not get
-// shorter any more, and so are rounding, one of 1e-12 will do.
+// its own terms. Accelerations on constraints are what is left of forces that cancel, M⁻¹ (|Jᵀ| |λ|). What is within the rounding of
+// those is zero, and a row has less weight, the smaller Eᵢ is beside them. Only where steps do not get shorter any more, and so are
+// rounding, one of 1e-12 will do.
 
 #include <algorithm>
 #include <cmath>

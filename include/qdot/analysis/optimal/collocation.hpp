@@ -17,8 +17,8 @@
 //
 //     ∂²/∂y∂t_b = τ ∂G/∂y + h ρ ∂²G/∂y∂t ,      ∂²/∂t_b² = 2 τ ρ ∂G/∂t + h ρ² ∂²G/∂t² .
 //
-// Conditions at the end are rows x_K − target + p − n = 0 with p, n ≥ 0. p and n are held at zero, but where no motion meets all conditions: then Σ
-// (p + n) is what is made least, each in its extent, and says which conditions are missed, and by how much.
+// Conditions at the end are rows x_K − target + p − n = 0 with p, n ≥ 0. p and n are held at zero where some motion meets all conditions. Otherwise
+// Σ (p + n) is minimized, each in its extent, and shows which conditions are missed, and by how much.
 
 #include <cstddef>
 #include <limits>

@@ -4,8 +4,8 @@
 // The bridge to Ipopt, the only header that names it.
 //
 // Ipopt is an interior point method for large sparse programs (A. Wächter, L. T. Biegler, Math. Program. 106, 2006). It calls back for values and
-// derivatives; an exception must not pass through it, so a callback that fails says so, upon which a shorter step is tried. It prints nothing. Its
-// linear solver (MUMPS in Debian's package) is one per process: solve in one thread at a time.
+// derivatives. An exception must not pass through it, so a callback that fails returns false, and Ipopt tries a shorter step. It prints nothing.
+// Its linear solver (MUMPS in Debian's package) is one per process: solve in one thread at a time.
 
 #include <algorithm>
 #include <exception>

@@ -6,7 +6,7 @@
 //
 // A program on a mesh knows nothing of what happens between its points. So each interval is run again by an integrator with error control, from x_k
 // with the polynomial u(t), and the distance of its end from x_{k+1} is the error of the interval. Where it is larger than the tolerance, the
-// interval is cut into pieces (as many as the order 2s + 1 of the error of an interval asks for), and the program is solved again from what is
+// interval is cut into pieces, as many as the order 2s + 1 of the error of an interval asks for. Then the program is solved again from what is
 // known. At last the whole motion is run in one go: what it misses at the end is the error that counts.
 
 #include <algorithm>

@@ -3,8 +3,8 @@
 //
 // Multipliers of an orbit, the trivial ones taken out.
 //
-// With a unit vector a along ẋ, b along ∇h, and U orthonormal and normal to both, M is a block triangle in the basis
-// [a, U, b], since M a = a and bᵀM = bᵀ:
+// Take a unit vector a along ẋ, b along ∇h, and U orthonormal and normal to both. Then M is a block triangle in the basis [a, U,
+// b], since M a = a and bᵀM = bᵀ:
 //
 //     ⎡ 1  *     * ⎤
 //     ⎢ 0  UᵀMU  * ⎥        UᵀMU has the multipliers that are not trivial

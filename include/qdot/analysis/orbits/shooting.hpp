@@ -58,7 +58,7 @@ template <class Sys, class... Effects>
 inline constexpr bool remembers<Scene<Sys, Effects...>> =
     ((StateEffect<Effects> && !SwitchingEffect<Effects, Sys::dof_at_compile_time> && !requires { Effects::is_input; }) || ...);
 
-// The same for all p.
+// One problem for all p.
 template <class P>
 struct OneProblem {
   P given;

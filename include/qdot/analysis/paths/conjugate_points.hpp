@@ -4,8 +4,8 @@
 // Where neighbours that leave one place meet again, and how often until then.
 //
 // X(t) = ∂q(t)/∂q̇_a and P(t) = ∂p(t)/∂q̇_a are the neighbours of a motion that begin at the same q_a. Where det X = 0 some of them are back on the
-// motion: t is conjugate to t_a, and the dimension of X's kernel is its multiplicity. det X does not tell: of an even multiplicity it does not
-// change its sign.
+// motion: t is conjugate to t_a, and the dimension of X's kernel is its multiplicity. The sign of det X is not enough: it does
+// not change at an even multiplicity.
 //
 // XᵀP is symmetric (p δq − q δp is conserved), and so is X P⁻¹. Its eigenvalues tan φ_j belong to angles that only go forwards through the multiples
 // of π, for M is positive definite, and each passage is one dimension of a kernel. Hence, with the continuous sum Θ = Σ φ_j = arg det (P + iX),

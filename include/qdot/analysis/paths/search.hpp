@@ -4,8 +4,8 @@
 // Newton's method for a motion between two places, by multiple shooting
 // =====================================================================
 //
-// A single shot from q_a misses q_b by far where neighbours part quickly. So the time is cut into legs, each with a start x_k = (q_k, q̇_k) of its own,
-// and asked for is that each leg ends where the next one begins, and the last one at q_b:
+// A single shot from q_a misses q_b by far where neighbours part quickly. So the time is cut into legs, each with a start x_k = (q_k, q̇_k) of its own.
+// Each leg must end where the next one begins, and the last one at q_b:
 //
 //     φ_k(x_k) − x_{k+1} = d_k = 0 ,    q(t_b) − q_b = 0 ;        unknown: q̇_0 and x_1 … x_{K−1}.
 //

@@ -4,8 +4,8 @@
 // Coordinates that are cyclic only together.
 //
 // Two particles that attract each other may be shifted together: L depends on x₁ − x₂, and p₁ + p₂ is conserved where p₁ and p₂ are not.
-// A shift in the direction d, the same everywhere, changes L by d·∂L/∂q, so d must be orthogonal to the slopes at all points: it is in the kernel of
-// the matrix whose rows are the slopes at scattered ones. That is where candidates come from; whether one is right is asked of the formulas
+// A shift in the direction d, the same everywhere, changes L by d·∂L/∂q, so d must be orthogonal to the slopes at all points. It is in the kernel of
+// the matrix whose rows are the slopes at scattered points. That is where candidates come from; whether one is right is asked of the formulas
 // themselves, with its coefficients rounded to simple fractions.
 
 #include <algorithm>

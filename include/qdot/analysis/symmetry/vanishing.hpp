@@ -3,11 +3,11 @@
 //
 // Whether a formula is zero although it does not look like it.
 //
-// sin²φ + cos²φ depends on φ as a graph and not as a function. Who wants to know evaluates the formula at scattered points,
-// and beside each value its *magnitude*: what the value would be if nothing were subtracted. A formula of analytic functions
-// that is zero to the rounding of its magnitude at all of them cancels identically, but for coincidences that scattered
-// numbers do not meet. Where a point proves nothing it is not counted: no value, a magnitude that has underflown, or a term of a sum so much smaller than
-// another that it would be lost in that one's rounding. Functions that become constant in floating point (tanh, erf) prove nothing at all.
+// sin²φ + cos²φ depends on φ as a graph and not as a function. So the formula is evaluated at scattered points, and beside each value its *magnitude*:
+// what the value would be if nothing were subtracted. A formula of analytic functions that is zero to the rounding of its magnitude at all of them
+// cancels identically, but for coincidences that scattered numbers do not meet. A point that proves nothing is not counted: it has no value, or a
+// magnitude that has underflown. Nor is a point at which a term of a sum would be lost in the rounding of another. Functions that become constant in
+// floating point (tanh, erf) prove nothing at all.
 
 #include <algorithm>
 #include <cmath>

@@ -11,9 +11,9 @@
 //
 //     λ⁻ = Sᵀλ⁺ + (g⁻ − g⁺) τ ,      dF/dp += Pᵀλ⁺ + (g⁻ − g⁺) π .
 //
-// Each step of the run is gone back by Gauss' collocation of order 14 on its polynomial y(t): smooth there, linear in λ, and solved by
-// iteration, since the run's own steps are short in units of A. Legendre coefficients of what is integrated say if the step must be
-// halved: that of the highest degree, squared, is about the error.
+// Each step of the run is gone back by Gauss' collocation of order 14 on its polynomial y(t). It is smooth there, linear in λ, and
+// solved by iteration, since the run's own steps are short in units of A. Legendre coefficients of what is integrated say if the step
+// must be halved: that of the highest degree, squared, is about the error.
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -3,8 +3,8 @@
 //
 // The power series of p″[X_a, X_b] and F″[X_a, X_b].
 //
-// Second derivatives of a motion by x_a and x_b obey the linear equations of Φ with these as known summands (analysis/variations/variation_series.hpp):
-// p = ∂L/∂q̇ and F are differentiated twice, along the columns X = (x, and the unit vector of θ in the column of a parameter) of the pair.
+// Second derivatives of a motion by x_a and x_b obey the linear equations of Φ with these as known summands (analysis/variations/variation_series.hpp).
+// p = ∂L/∂q̇ and F are differentiated twice, along the columns X of the pair: x, and the unit vector of θ in the column of a parameter.
 //
 // The entries of p″ and F″ are nodes of the motion's graph, gradients of the entries of P and G; many of them are zero, and left out. From their series and
 // those of the columns come the matrices p″[X_a, ·] and F″[X_a, ·], for all a at once, and from these the summands, for all b ≥ a at once.

@@ -92,8 +92,8 @@ class BranchGuards {
     const Eigen::VectorXd f = equations_.state_rate(t, y);
     return y + 0.5 * s * (f + equations_.state_rate(t + s, y + s * f));
   }
-  // How long the motion takes to change by its size, at most the run: that of what steps have kept, for stages may be anywhere; and the shortest time
-  // that can be told.
+  // The shortest time in which the positions or the velocities change by their size, at most the run. Sizes are those that steps have kept, for
+  // stages may be anywhere.
   double way(double t, const Eigen::VectorXd& y) const {
     const Eigen::VectorXd f = equations_.state_rate(t, y);
     note_size(y);

@@ -6,9 +6,9 @@
 //     ẏ = f(t, y, p) ,     Φ̇ = (∂f/∂y) Φ + ∂f/∂p       a column of Φ for each direction x in (y₀, t₀, p)
 //
 // [y; columns of Φ] is one first-order system, so that a method takes the same steps for both, controls the error of both, and has dense output
-// of both. The methods, the loop of a run and its search for events do not know more of it than of any other system: they are compiled once for
-// all models (VariationalForm below, which asks VariationalEquations by calls). The watchdog of the run is that of y's own equations, so that no
-// step passes over a push.
+// of both. The methods, the loop of a run and its search for events treat it like any other system. They are compiled once for all models
+// (VariationalForm below, which asks VariationalEquations by calls). The watchdog of the run is that of y's own equations, so that no step
+// passes over a push.
 //
 // An event at t_e, where h(y, t, p) = 0 and the state becomes g(y, t, p): a displaced motion is there earlier or later by
 //
@@ -219,7 +219,7 @@ double BasicVariationalEquations<Kind>::scale(const Eigen::VectorXd& y, const Ei
   return distant;  // infinite where nothing moves
 }
 
-// The same, and not farther than a parameter's size; 1 where nothing says how far.
+// scale(y, along), but at most a parameter's size; 1 where both are infinite.
 template <class Kind>
 double BasicVariationalEquations<Kind>::reach(const Eigen::VectorXd& y, const Eigen::VectorXd& along, Eigen::Index column) const {
   const double distant = std::min(scale(y, along), column < 0 ? std::numeric_limits<double>::infinity() : parameter_size(column));
@@ -274,8 +274,8 @@ Crossing BasicVariationalEquations<Kind>::crossing(const std::string& name, doub
                           {curvature != 0.0 ? 0.5 * speed * speed / std::abs(curvature) : 0.0, 4}, ", of which the tolerances cannot tell ", {dark, 4},
                           "; the motion on either side of a grazing differs, so there is no derivative: choose a start or parameters that hit or miss clearly"});
   Crossing found{Eigen::VectorXd(columns_), speed, by_time, std::max(way, parts / std::abs(speed))};
-  // h is the difference of what is as large as it is elsewhere on the motion, and known to the rounding of that: a parameter that it does
-  // not feel moves it by nothing more.
+  // h is the difference of values that are as large as elsewhere on the motion, and known to their rounding. A parameter without
+  // influence changes it by nothing more.
   for (Eigen::Index j = 0; j < columns_; ++j) found.time[j] = -along(both.segment(size_ * (j + 1), size_), 0.0, j, std::abs(speed) * found.way) / speed;
   return found;
 }

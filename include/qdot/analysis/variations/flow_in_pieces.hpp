@@ -70,7 +70,7 @@ FlowInPieces flow_in_pieces(System system, Method method, Options options, Event
   };
 }
 
-// Whether a piece that cannot end where it does may be a little shorter; if not, the end of the analysis says so.
+// Shortens a piece that cannot end where it does; false, with outcome and message of the end, where it would be too short.
 template <class = void>  // compiled only where it is called
 bool can_be_shortened(RunEnd& end, double t, double& interval, double smallest) {
   interval *= 0.83;
@@ -94,8 +94,8 @@ Eigen::VectorXd lengths_of_orthonormalized(MatrixXd& A) {
   return length;
 }
 
-// So many orthonormal deviations that the motion allows, all of them for count < 0: along the constraints, if there are any, and in directions that
-// are nobody's own, for one that is, is never left.
+// `count` orthonormal deviations that the motion allows, all of them for count < 0: along the constraints, if there are any. Their directions are
+// no eigenvectors: a deviation that begins along one never leaves it.
 template <class MatrixXd>
 MatrixXd first_deviations(const FlowInPieces& flow, double t0, const Eigen::VectorXd& y0, Eigen::Index count) {
   const PieceOfFlow first = flow(t0, y0, t0);

@@ -228,7 +228,7 @@ class FamilyModel {
     }
   }
 
-  // The same where functors compare: from members that are on the same branch as the one in the middle, is_same(j, s), on one side of it, or nearer.
+  // The rates where functors compare: from members on the branch of the one in the middle, is_same(j, s), on one side of it, or nearer.
   template <class IsSame>
   void write_rates_within(double t, const double* y, const double* ydot, Eigen::Ref<Eigen::MatrixXd> out, const IsSame& is_same) const {
     const Eigen::Map<const Eigen::VectorXd> state(y, form.size()), f(ydot, form.size());

@@ -3,9 +3,9 @@
 //
 // Power series of many columns side by side.
 //
-// Columns x of Φ, and what is made of them, obey linear equations with the same coefficients, so order k of all of them consists of sums Σ_j w_j x_{k−j} whose
-// numbers w all columns share. Here x stands order by order, a row for each component with all columns in it, and the weights with the
-// highest order first: then both are read in the same direction, and a register holds as many columns as it can.
+// Columns x of Φ, and what is made of them, obey linear equations with the same coefficients. So order k of all of them consists of sums Σ_j w_j x_{k−j} whose
+// numbers w all columns share. Here x is stored order by order, a row for each component with all columns in it, and the weights with the highest order
+// first. Then both are read in the same direction, and a register holds as many columns as it can.
 
 #include <Eigen/Core>
 #include <cstddef>

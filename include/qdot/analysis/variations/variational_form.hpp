@@ -40,8 +40,8 @@ class VariationalForm<Changes::none> {
     ydot.tail(equations_->state_size() * equations_->pairs).setZero();
     equations_->write_rates(t, y.data(), ydot.data());
   }
-  // ∂f/∂y for y and for each column of Φ. That ∂f/∂y changes with y is left out: an implicit method's iteration converges all the same, for y's own
-  // part is whole, and what it converges to is not asked of J.
+  // ∂f/∂y for y and for each column of Φ. That ∂f/∂y changes with y is left out. An implicit method's iteration converges all the same, for y's own
+  // part is whole, and its limit does not depend on J.
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const {
     const Eigen::Index n = equations_->state_size();
     J.setZero();
@@ -84,7 +84,7 @@ class VariationalForm<Changes::phases> : public VariationalForm<Changes::project
   }
 };
 
-// The same where the compiler knows how many components there are: sums of stages without a loop. For explicit methods, which ask for nothing else.
+// The form where the compiler knows how many components there are: sums of stages without a loop. For explicit methods, which ask for nothing else.
 template <Changes changes, int size_>
 class SizedVariationalForm : public VariationalForm<changes> {
  public:

@@ -37,7 +37,7 @@ class ConstraintGeometry {
   virtual void require_finite() const = 0;
   /// The smallest δ with J δ = r in the metric of M.
   virtual Column displacement(const Column& r) = 0;
-  /// The same in the metric of Σ (δⱼ/sizeⱼ)².
+  /// The smallest δ with J δ = r in the metric of Σ (δⱼ/sizeⱼ)².
   virtual Column displacement(const Column& r, const Column& size) = 0;
   virtual Eigen::Index rank() const = 0;
   virtual bool has_dependent_rows() const = 0;

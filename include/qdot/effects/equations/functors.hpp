@@ -1,8 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// How the functors of effects are called: positions, poses and constraints of q or (q, t), forces and laws of (q, q̇) or (q, q̇, t), and what is
-// fixed in place of any of them.
+// How the functors of effects are called: positions, poses and constraints of q or (q, t), forces and laws of (q, q̇) or (q, q̇, t). Each of
+// them may also be constant.
 
 #include <cmath>
 #include <type_traits>
@@ -32,8 +32,8 @@ consteval bool require_time_of_scalar() {
   return true;
 }
 
-// Whether a functor is a template, or takes what can become its arguments' type; a call operator that is no template takes the numbers that it names and
-// nothing else, though Eigen lets any vector look as if it could become theirs.
+// Whether a functor is a template, or takes what can become its arguments' type. A call operator that is no template takes the numbers that it names and
+// nothing else, though Eigen lets any vector look convertible to theirs.
 template <class F>
 inline constexpr bool is_generic = std::is_class_v<F> && !requires { &F::operator(); };
 // A functor of plain numbers is not shown those that record.

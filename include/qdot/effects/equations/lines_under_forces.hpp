@@ -3,9 +3,9 @@
 //
 // Lines of q̈ with the forces of effects in them: M q̈ = r + Σ Q.
 //
-// T, V and the forces are recorded together (effects/rows/recorded_effects.hpp), so that they share their sines, and numbers on which they depend beside
-// q, q̇ and t are inputs of the lines: the parameters of a family of scenes (integrate/many_in_lanes.hpp). Scenes with constraints or with states of
-// their effects have none.
+// T, V and the forces are recorded together (effects/rows/recorded_effects.hpp), so that they share their sines. Numbers on which they depend beside q,
+// q̇ and t are inputs of the lines: the parameters of a family of scenes (integrate/many_in_lanes.hpp). Scenes with constraints or with states of their
+// effects have none.
 
 #include <algorithm>
 #include <cstddef>

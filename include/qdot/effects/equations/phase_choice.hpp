@@ -4,8 +4,8 @@
 // Which phases follow from the accelerations, when velocities are known.
 //
 // A contact at φ = 0 without velocity may be closed, friction at v = 0 may stick; these are the candidates, all others have no choice.
-// Their forces minimize ½ λᵀA λ + bᵀλ within their bounds (effects/rows/bounded_minimum.hpp), b the accelerations without them: this is Gauss's
-// principle with one-sided constraints, and its accelerations w are unique, whether rows depend on each other or not. Then
+// Their forces minimize ½ λᵀA λ + bᵀλ within their bounds (effects/rows/bounded_minimum.hpp), where b are the accelerations without them. This
+// is Gauss's principle with one-sided constraints. Its accelerations w are unique, whether rows depend on each other or not. Then
 //
 //     contact      opens where w > 0; is closed where λ > 0, or where it was closed and is not asked to open
 //     friction     slides where w ≠ 0, in that direction; sticks otherwise

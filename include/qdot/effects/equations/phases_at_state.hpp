@@ -50,7 +50,7 @@ template <class = void>
 template <class = void>
 [[gnu::cold]] bool close_nearest(const SwitchingScene& scene, double t, const Eigen::VectorXd& q, Eigen::VectorXd& z);
 
-// The same for a scene of a given type, which it refers to.
+// The phases of a scene of a given type, which it refers to.
 template <class Sc>
 class PhasesAtState {
   using Q = Vector<double, Sc::dof_at_compile_time>;

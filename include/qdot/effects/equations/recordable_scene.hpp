@@ -136,8 +136,8 @@ auto phases_in(const Sc& scene, const double* z) {
   return all;
 }
 
-// ydot ← [q̇; q̈; ż] by lines that are checked, and multipliers of all rows, those that are not active 0; false where there are none, and for the change watch,
-// which asks the functors themselves.
+// ydot ← [q̇; q̈; ż] by lines that are checked, and multipliers of all rows, those that are not active 0. False where there are none, and for the change watch,
+// which evaluates the functors themselves.
 template <class Sc>
 bool rates_by_lines(const Sc& scene, const Vector<double, Sc::dof_at_compile_time>& q, const Vector<double, Sc::dof_at_compile_time>& qdot, double t,
                     const EffectStates<Sc>& z, double* ydot, FoundMultipliers* multipliers = nullptr) {

@@ -44,7 +44,7 @@ class RowsByDuals : public virtual SceneRows {
 
   /// φ of rows that restrict positions, and a of the others; rows of parts that are not active are zero.
   virtual void write_rows(const Number* q, const Number* qdot, const Number& t, const double* z, Number* out) const = 0;
-  /// The same as values and slopes along one direction; null stands for a direction of zeros.
+  /// A state as values and slopes along one direction; null stands for a direction of zeros.
   struct Along {
     const double *q = nullptr, *qdot = nullptr;
     double t = 0.0;

@@ -4,7 +4,7 @@
 // The rows, masses and forces of a scene, for code that does not depend on the scene's type.
 //
 // What a run asks at each step it has as lines. Other code is asked now and then: for projections far from the constraints, for rows that depend on each
-// other, for the phases of contacts and friction. No scene's type enters it, so that qdot::compiled can have it: it asks for rows, masses and forces by
+// other, for the phases of contacts and friction. No scene's type enters it, so that qdot::compiled can have it. It asks for rows, masses and forces by
 // virtual functions, and for numbers of run-time size. effects/equations/scene_rows_of.hpp has those of a scene.
 
 #include <Eigen/Core>

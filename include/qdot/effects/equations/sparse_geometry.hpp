@@ -42,7 +42,7 @@ struct SparseSystem {
     return with_mass_and_rhs<Dynamic>(scene.system().energies(), q, qdot, t, BandTo{M, r}) && factor(scene, q, qdot, t, z, cutoff);
   }
 
-  // The same without r; and when only q has changed, M of T(q̇) has not.
+  // M, the rows of J and their factors, without r. When only q has changed, M of T(q̇) is kept.
   template <class Sc, class Phases>
   bool compute(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, double cutoff) {
     if constexpr (Sc::SystemType::kinetic_signature == KineticSignature::velocity) {

@@ -5,8 +5,8 @@
 //
 //     minimize ½ λᵀA λ + bᵀλ ,    l ≤ λ ≤ u ,    A = J M⁻¹ Jᵀ
 //
-// With w = A λ + b, the accelerations of the rows, its solution has w = 0 where λ is between its bounds, w ≥ 0 at l and w ≤ 0 at u: a contact
-// opens or is closed, friction slides or sticks. w is unique. Where rows depend on each other, λ is not:
+// With w = A λ + b, the accelerations of the rows, its solution has w = 0 where λ is between its bounds, w ≥ 0 at l and w ≤ 0 at u. So a
+// contact opens or is closed, and friction slides or sticks. w is unique. Where rows depend on each other, λ is not:
 //
 //     solve      some λ, by free rows that are added and removed one by one, always independent ones (Lawson and Hanson)
 //     shorten    of all λ with that w and within the bounds the one of least norm

@@ -21,8 +21,8 @@
 //   massless    M alone is singular, but the constraints determine the coordinates without inertia. Then the
 //               whole matrix is factored with full pivoting.
 //
-// The rank cut-off, by default 1e-5 of a row's length, is a decision and not a rounding unit: at a configuration
-// where constraints become dependent a smaller one takes noise for information. Contradicting rows are an error.
+// The rank cut-off, by default 1e-5 of a row's length, is a decision and not a rounding unit. At a configuration where
+// constraints become dependent a smaller one takes noise for information. Contradicting rows are an error.
 
 #include <algorithm>
 #include <cmath>
@@ -72,8 +72,8 @@ template <class = void>
 // rounding of the ones before, divided by the smallest of them (a unit quaternion near the identity leaves 1e-13).
 inline constexpr double massless_pivot = 1e-8;
 
-// A row whose pivot is within this factor of the dependent ones is judged by the factors below, too, whoever finds it elsewhere: they take another
-// order and another sum.
+// A row whose pivot is within this factor of the dependent ones is judged by the factors below, too. Other solvers eliminate and sum in another
+// order, so their pivots differ.
 inline constexpr double clearly_independent = 100.0;
 
 // Pivots of a row below this fraction are rounding: it says what the rows before it say.

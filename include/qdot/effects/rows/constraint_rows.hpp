@@ -6,8 +6,8 @@
 //     φ(q, t) = 0       ⇒  J q̇ + ∂φ/∂t = 0      ⇒  J q̈ = γ ,   J = ∂φ/∂q
 //     a(q, q̇, t) = 0                             ⇒  J q̈ = γ ,   J = ∂a/∂q̇
 //
-// γ is minus what is left of the second (first) time derivative when q̈ = 0. Nobody derives J̇q̇ by hand:
-// φ is evaluated on the motion itself,
+// γ is minus what is left of the second (first) time derivative when q̈ = 0. J̇q̇ needs no derivation by hand: φ is evaluated on
+// the motion itself,
 //
 //     q + q̇ ε₁ + q̇ ε₂ + 0 ε₁ε₂ ,    t + ε₁ + ε₂ ,
 //

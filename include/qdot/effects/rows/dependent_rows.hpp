@@ -31,8 +31,8 @@ inline void add(double* to, double factor, const double* a, Eigen::Index count) 
 }
 
 // Orthonormal columns Q and coefficients C with A = Q C, up to what is smaller than the cut-off: Gram and Schmidt's
-// method, largest remaining column first, each made orthogonal twice. Of columns that are equally long but for rounding the
-// first is taken: what the cut-off drops of the others must not change from one evaluation to the next, or steps shrink to nothing.
+// method, largest remaining column first, each made orthogonal twice. Of columns that are equally long but for rounding the first
+// is taken. What the cut-off drops of the others must not change from one evaluation to the next, or steps shrink to nothing.
 struct OrthogonalColumns {
   Eigen::Index rank = 0;
   Eigen::MatrixXd Q, C;  // the first `rank` columns of Q and rows of C

@@ -10,8 +10,8 @@
 // Lines of them, with both eliminations, take as long as an evaluation of q̈. The last evaluation finds a δq of rounding size beside 1 + |q|,
 // which is not applied.
 //
-// What is not an ordinary step is left to effects/projection.hpp, with the state as it was: changes above 1e-3, residuals of rounding that would move a
-// light coordinate, small pivots, numbers that are not finite.
+// Other steps are left to effects/projection.hpp, with the state as it was. They have changes above 1e-3, residuals of rounding that would move a light
+// coordinate, small pivots, or numbers that are not finite.
 //
 // Programs that link qdot::compiled do not read this header: the library has it.
 

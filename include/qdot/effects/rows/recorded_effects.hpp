@@ -6,8 +6,8 @@
 // Where effects switch, a recording holds for the phases that it has: they are numbers in it, and a constraint that is not active is not
 // there. In another phase there is another recording.
 //
-// Nothing of this depends on how an effect is written: ∂R/∂q̇ of a Rayleigh function and Jᵀ F of a force at a point are
-// dual numbers in the effect, whose parts now are nodes of the graph. A scene's header is not included here: who has a scene has included it.
+// Nothing of this depends on how an effect is written. ∂R/∂q̇ of a Rayleigh function and Jᵀ F of a force at a point are dual numbers
+// in the effect; their parts are now nodes of the graph. A scene's header is not included here: code that has a scene has included it.
 
 #include <Eigen/Core>
 #include <string>

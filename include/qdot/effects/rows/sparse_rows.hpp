@@ -4,8 +4,8 @@
 // J of many constraints, each of which touches few coordinates.
 //
 // The constraints of a scene are evaluated once, on a tape (ad/records/reverse.hpp). From the result of each row a sweep goes back through the operations
-// that made it, and through no others, so that a row costs what it is made of, however many coordinates and other rows there are: a chain of a
-// thousand rods costs a thousand times one rod. γ comes from numbers that move, as everywhere (effects/rows/constraint_rows.hpp).
+// that made it, and through no others. So the cost of a row does not depend on how many coordinates and other rows there are: a chain of a thousand rods
+// costs a thousand times one rod. γ comes from numbers that move, as everywhere (effects/rows/constraint_rows.hpp).
 //
 // Nothing is kept from one evaluation to the next; a functor may take another branch and touch other coordinates.
 
@@ -100,8 +100,8 @@ struct SparseRows {
   const Entry* end(std::size_t row) const { return entries.data() + starts[row + 1]; }
 };
 
-// J of a scene's constraints, empty rows for those that are not active; false when a number of rows is not what the scene has counted, or a
-// derivative is not finite.
+// J of a scene's constraints, with empty rows for those that are not active. False when a number of rows is not what the scene has counted,
+// or a derivative is not finite.
 template <class Sc, class Phases, class Number = double>  // a type that depends on nothing would be compiled in each program
 bool write_sparse_rows(const Sc& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, double t, const Phases& z, SparseRows& J) {
   using S = Reverse<Number>;

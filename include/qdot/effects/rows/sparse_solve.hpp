@@ -8,10 +8,10 @@
 //     [ M  Jᵀ ] [  q̈ ]   [ f ]
 //     [ J  0  ] [ −λ ] = [ γ ] ,
 //
-// is L D Lᵀ without pivoting when the unknowns come in the right order: coordinates one after the other, and each multiplier when the last
+// is L D Lᵀ without pivoting when the unknowns come in the right order. Coordinates come one after the other, and each multiplier when the last
 // coordinate that its row touches has come. Then the pivot of a multiplier is minus what its row has left of its own length, in the metric of M, when
-// the rows before it are kept; that of a coordinate is its inertia and never less. Bodies in a row, joined one to the next, make a narrow matrix of
-// this: x₁ y₁ λ₁ x₂ y₂ λ₂ …, and a rod costs what a rod costs.
+// the rows before it are kept. The pivot of a coordinate is its inertia and never less. Bodies in a row, joined one to the next, make a narrow matrix
+// of this: x₁ y₁ λ₁ x₂ y₂ λ₂ …, and a rod costs what a rod costs.
 //
 // Rows of L are kept from their first entry on (an envelope), in which all that arises has room. Coordinates are taken as they are numbered, or,
 // where that makes a wide envelope, in the reverse order of Cuthill and McKee, neighbours near neighbours.
@@ -21,8 +21,7 @@
 // Where M is diagonal and constraints that meet are near each other, the multipliers alone are fewer unknowns (effects/rows/schur_factors.hpp).
 //
 // The square of the sine between a row and those before it is its pivot, as a fraction of its length squared. Where one is too small the rows depend on
-// each other, or nearly: that, and whatever else is not as it should be, is left to effects/rows/constrained_solve.hpp, which knows what
-// to do and how to name it.
+// each other, or nearly. That, and whatever else is irregular, is left to effects/rows/constrained_solve.hpp, which handles and names it.
 
 #include <Eigen/Core>
 #include <memory>

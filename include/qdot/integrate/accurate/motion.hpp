@@ -7,9 +7,9 @@
 //
 //     |δyᵢ(t)| / Yᵢ ,       Yᵢ = max |yᵢ| over the run,
 //
-// and the error of the run is the largest of these over all components and all output times. It has no unit, it is
-// finite where yᵢ passes through zero, and the size of one component does not excuse the error of another: a pendulum
-// beside a coordinate of size 1e8 is as accurate as without it. (An angle that winds up has Yᵢ = all its turns.)
+// and the error of the run is the largest of these over all components and all output times. It has no unit, it is finite where
+// yᵢ passes through zero, and the size of one component does not excuse the error of another. A pendulum beside a coordinate of
+// size 1e8 is as accurate as without it. (An angle that winds up has Yᵢ = all its turns.)
 //
 // Zero but for rounding. In symmetric motion a component may be zero on paper and 1e-17 in the computer; it has no
 // digits to compare. What rounding can make of ẏᵢ is seen by changing each yⱼ by a relative 2⁻²⁶ up or down: a

@@ -24,8 +24,8 @@
 // motions amplify more: of 137 motions κ was (ν / 20)^{1.4} times 25, within a factor of 6 for two in three of them.
 // If two runs are not enough, κ is known, and a third one is.
 //
-// Nor does a run claim to be far better than what was seen: the estimate is at least E/4 where two runs differ by more
-// than that, 0.05 d between the last two of several, and 50 ε.
+// Nor may the estimate be far below what was seen. It is at least E/4 where two runs differ by more than that, 0.05 d between the
+// last two of several, and 50 ε.
 //
 // Rounding. Its errors are amplified like those of a tolerance between 0.2 ε and 12 ε: 3 ε, with the margin s, is on
 // the safe side, and too far for a planet. Tolerances below 1e-14 the methods keep a good deal better than said, so
@@ -41,11 +41,11 @@
 // All this asks that runs differ by τ alone. So absolute tolerances, too, go with τ: they are not loosened much beside the first
 // run's, however large a component is seen to grow (accurate_simulation.hpp).
 //
-// Multistep methods of order p err like τ^{p/(p+1)}, so that δ = 1/(p + 1); they carry the rounding of many steps along
-// (10 ε), have no digits to give below 1e-14, and err alike at tolerances that are less than a factor of 20 apart.
+// Multistep methods of order p err like τ^{p/(p+1)}, so that δ = 1/(p + 1). They carry the rounding of many steps along (10 ε),
+// and have no digits to give below 1e-14. They err alike at tolerances that are less than a factor of 20 apart.
 //
-// Runs that differ by more than a tenth say nothing of κ (chaos, or tolerances too loose to mean anything): then a
-// tolerance a hundred times tighter is tried, down to the last digit of double.
+// Runs that differ by more than a tenth do not determine κ: the motion is chaotic, or tolerances are too loose to mean anything.
+// Then a tolerance a hundred times tighter is tried, down to the last digit of double.
 //
 // The forecast is the cost of the runs, prolonged along the power law of the last two.
 

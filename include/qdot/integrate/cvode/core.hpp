@@ -4,12 +4,12 @@
 // One CVODE solver: its memory, and the code around each of its steps.
 //
 // CVODE is a multistep code: it carries the Nordsieck vector zₖ = hᵏ y⁽ᵏ⁾/k!, k = 0 … order, of a
-// polynomial through the recent past, predicts with it and corrects with ẏ = f. We run it one step at
-// a time, with the end of the run as its stop time, so that every step can be seen, sampled and
-// stopped, and the end is met exactly. Dense output is the Nordsieck vector itself.
+// polynomial through the recent past, predicts with it and corrects with ẏ = f. We run it one step at a time, with the end of the
+// run as its stop time. So every step can be seen, sampled and stopped, and the end is met exactly. Dense output is the Nordsieck
+// vector itself.
 //
-// Time. CVODE counts from 0 at each reset, and so has all the digits of the way: with its own checks for steps and limits too
-// close to t, a t of 1.7e9 would cost it every motion of less than some 1e-5 s (moment.hpp).
+// Time. CVODE counts from 0 at each reset, and so has all the digits of the elapsed time. It has its own checks for steps and
+// limits too close to t: at a t of 1.7e9 these would refuse every motion of less than some 1e-5 s (moment.hpp).
 //
 // Around each step:
 //   floor      The smallest step is set to some rounding units (moment.hpp). Without it a model

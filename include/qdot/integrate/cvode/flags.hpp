@@ -4,10 +4,9 @@
 // CVODE's return flags: their names, and what they mean for a run.
 //
 // The names are our own table, because CVodeGetReturnFlagName allocates and gives the caller the
-// string to free. A flag alone rarely says what happened: "the error test failed repeatedly" can be
-// a pole of the solution or a jump of the right-hand side, and "the corrector did not converge" is
-// often a right-hand side that gave NaN. So a flag is only the last resort; what the callbacks saw
-// (integrate/cvode/callbacks.hpp) and whether h had shrunk to its floor come first.
+// string to free. A flag alone rarely tells what happened. "The error test failed repeatedly" can be a pole of the solution or a
+// jump of the right-hand side. "The corrector did not converge" is often a right-hand side that gave NaN. So a flag is only the
+// last resort; what the callbacks saw (integrate/cvode/callbacks.hpp) and whether h had shrunk to its floor come first.
 
 #include <string>
 

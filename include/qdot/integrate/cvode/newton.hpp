@@ -56,8 +56,8 @@ class NewtonEquations {
 /// What makes them for a system; nothing where a dense Jacobian is as good.
 using NewtonMaker = std::unique_ptr<NewtonEquations> (*)(const MethodForm& system, SUNContext context);
 
-/// Newton's equations of many coordinates that do not all meet, from traced equations or, where there are none, within the band that a tape shows;
-/// nothing where a dense Jacobian is as good (integrate/cvode/sparse.hpp).
+/// Newton's equations of many coordinates that do not all meet, from traced equations or, where there are none, within the band that a tape shows.
+/// Nothing where a dense Jacobian is as good (integrate/cvode/sparse.hpp).
 template <class Number = double>
 std::unique_ptr<NewtonEquations> newton_equations(const MethodForm& system, SUNContext context);
 

@@ -4,8 +4,8 @@
 // How a run goes over the branches of functors.
 //
 // A stepper that can hold the branch on which a step begins (integrate/watch/branch_watch.hpp) is asked to, where functors compare something. Then steps
-// are cut where they leave their branch. Where a branch has no lines to hold, and with methods that hold none, a step
-// that has passed over a stay on another branch is taken again, and ends there.
+// are cut where they leave their branch. Some branches have no lines to hold, and some methods hold none. There a step that
+// has passed over a stay on another branch is taken again, and ends there.
 
 #include <Eigen/Core>
 #include <cmath>

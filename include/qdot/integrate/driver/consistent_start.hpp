@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 //
 // A run begins on its constraints. A start may be off them by rounding, not by more: that would be another problem than the one
-// that was given, and the user had better see it (consistent_state() of effects/projection.hpp finds a start that fits).
+// that was given, and the user has to see it. consistent_state() of effects/projection.hpp finds a start that fits.
 
 #include <Eigen/Core>
 #include <algorithm>

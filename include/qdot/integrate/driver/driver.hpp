@@ -7,10 +7,10 @@
 //
 //     step → check → keep → show → budget,
 //
-// that is: one accepted step of the method, on the constraints; is the state finite and within its limit; append the step's polynomial and fill the
-// output times that it covers; show it to the observer; are steps, evaluations and seconds left. At a stop time the method is reset, because what it
-// knows of the past no longer holds behind a switch. Where there are events (event.hpp), a step is searched for them before it is kept, and one that
-// stops the run or changes the state cuts it short. Whatever ends the run, everything up to the last good step stays.
+// that is: one accepted step of the method, on the constraints; is the state finite and within its limit. Then: append the step's polynomial and
+// fill the output times that it covers; show it to the observer; are steps, evaluations and seconds left. At a stop time the method is reset,
+// because what it knows of the past no longer holds behind a switch. Where there are events (event.hpp), a step is searched for them before it is
+// kept, and one that stops the run or changes the state cuts it short. Whatever ends the run, everything up to the last good step stays.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -191,13 +191,14 @@ class Driver {
     watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
   }
 
-  // No step was taken; if somebody changed the model, that is the reason.
+  // No step was taken; if the model has changed, that is the reason.
   [[gnu::cold]] bool stuck() {
     if (const std::optional<Failure> change = watchdog_->change(run_.t)) return end(*change);
     return end_explained(stepper_.failure());
   }
 
-  // Looks at the state now and then, and always where something may change (integrate/watch/any_watch.ipp). Before the observer, who may change it.
+  // Looks at the state now and then, and always where something may change (integrate/watch/any_watch.ipp). Before the call of the observer, which
+  // may change the state.
   bool watched(double landing) {
     if (!watchdog_->is_due(std::abs(reached() - elapsed_)) && stepper_.t() != landing) return true;
     projected_ = stepper_.y();
@@ -320,7 +321,7 @@ class Driver {
 
   void fill_outputs_here() { outputs_.fill_here(elapsed_, clock_.origin(), watch_.same(run_.t), run_.y); }
 
-  // Shows the state to the observer, who may change what functors read only where the method begins afresh behind it.
+  // Shows the state to the observer, which may change what functors read only where the method begins afresh behind it.
   bool observed(bool begins_afresh) {
     if constexpr (!is_observed) {
       return (void)begins_afresh, true;
@@ -337,7 +338,7 @@ class Driver {
     }
   }
 
-  // More words for an end that nobody asked for (integrate/watch/diagnosis.hpp).
+  // Adds the diagnosis of an end that the user did not ask for (integrate/watch/diagnosis.hpp).
   [[gnu::cold, gnu::noinline]] std::string why(Outcome outcome) const {
     const Statistics& s = stepper_.statistics();
     const auto [done, left] = ways();

@@ -26,7 +26,7 @@ template <class Number = double>
   return {Outcome::state_limit, sentence({system.component_name(worst), " = ", y[worst], " exceeds state_norm_limit = ", limit})};
 }
 
-// The same after a step, where there is something wrong.
+// What is wrong with a state after a step; nothing where it is sound.
 inline std::optional<Failure> unsound_state(const DrivenForm& system, const Eigen::Ref<const Eigen::VectorXd>& y, double t, double limit) {
   // Asked after every step: each comparison by itself, for finding the largest they would wait for each other.
   const double most = std::min(limit, std::numeric_limits<double>::max());

@@ -4,9 +4,9 @@
 // The clocks of events that happen by time, every(name, period): which of them is next, and whether it is now.
 //
 // The k-th time is first + k·period, not a sum of periods, k = 0, 1, …, on the way from t₀ and before t_end. The loop of the run lands on each.
-// Two clocks that tick within some rounding units of each other tick at one moment, that of the earlier one, and a clock and a stop time at the
-// stop time. An output time within as many of a tick has the state behind it. That is the one rule for equal moments: same(), eight
-// rounding units of the larger of |t₀| and |t_end|.
+// Two clocks that tick within some rounding units of each other tick at one moment, that of the earlier one. A clock and a stop time that are
+// so close act at the stop time. An output time within as many of a tick has the state behind it. That is the one rule for equal moments:
+// same(), eight rounding units of the larger of |t₀| and |t_end|.
 
 #include <algorithm>
 #include <cmath>

@@ -15,21 +15,21 @@
 // whole step, and all this costs some thirty multiplications. Points are spaced irregularly, so that no frequency is seen as another.
 //
 // Then a change of sign brackets a root, which Chandrupatla's method (inverse quadratic interpolation where that is safe, bisection
-// elsewhere) narrows to neighbouring doubles. Three samples of one sign whose middle one is nearest to zero bracket an extremum;
-// successive parabolas run down to it, and if it lies across zero there are two roots. Where an extremum may lie at a joint between
+// elsewhere) narrows to neighbouring doubles. Three samples of one sign whose middle one is nearest to zero bracket an extremum.
+// Successive parabolas run down to it, and if it lies across zero there are two roots. Where an extremum may lie at a joint between
 // panels or steps, a sample close to the joint tells.
 //
-// Samples prove nothing: an excursion much narrower than a fifth of a panel, out of what looks like a smooth g, is not seen. Where g is a
-// formula no samples are taken: a panel is good when intervals prove that g has no zero in it or is monotone, so that its ends tell all
-// (integrate/driver/event_proof.hpp). A panel of some rounding units of t that is still undecided is passed by its ends; if both are as near to zero as that,
-// on one side, the run says so. From zero itself the ladder of samples below leads away.
+// Samples prove nothing: an excursion much narrower than a fifth of a panel, out of what looks like a smooth g, is not seen. Where g is a formula no samples
+// are taken. A panel is good when intervals prove that g has no zero in it or is monotone, so that its ends decide (integrate/driver/event_proof.hpp). A
+// panel of some rounding units of t that is still undecided is judged by its ends. If both are on one side, and as near to zero as that, the run's message
+// reports it. From zero itself the ladder of samples below leads away.
 //
-// A g that stays rough
-// down to what t can tell, or needs more than a million samples in a step, is searched at the samples there are, and the run says so.
+// A g may stay rough down to the resolution of t, or need more than a million samples in a step. Then it is searched at the samples
+// there are, and the run's message reports it.
 //
-// Jumps. A bracket of neighbouring doubles across which g changes by as much as over ten thousand of them, and over a million and more, holds a jump
-// or a pole, and no root: g only takes the other side. A continuous g, steep as |τ|^(1/5) sgn τ, changes by a sixth of that; a g that is rounded, or a
-// function of a t that is, changes by less where it is looked at from farther away. A jump onto zero is a root.
+// Jumps. Across a bracket of neighbouring doubles, g may change by as much as over ten thousand of them, and over a million and more. Such a
+// bracket holds a jump or a pole, and no root. There g only takes the other side. A continuous g, steep as |τ|^(1/5) sgn τ, changes by a sixth of
+// that. A g that is rounded, or a function of a t that is, changes by less where it is looked at from farther away. A jump onto zero is a root.
 
 #include <algorithm>
 #include <array>
@@ -93,8 +93,8 @@ class FunctionElsewhere {
   Result (*call_)(const void*, Arguments...);
 };
 
-// Searches [from, to] for the first root of one function; `at(t)` evaluates it, `decided(a, b)` proves that the ends of a panel tell all, and
-// noise(t) is what the tolerance of the method leaves open of it; unit_of_t is a rounding unit.
+// Searches [from, to] for the first root of one function; unit_of_t is a rounding unit. `at(t)` evaluates it, `decided(a, b)` proves that the
+// ends of a panel tell all, and noise(t) is what the tolerance of the method leaves open of it.
 class RootSearch {
  public:
   template <class Evaluate, class Decided, class Noise>

@@ -1,12 +1,12 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The watch over a run's events: all functions whose zeros matter, the user's and those of the system's own phases
-// (contact, sticking, a taut rope), in one list, with one search for all.
+// The watch over a run's events. All functions whose zeros matter, the user's and those of the system's own phases (contact,
+// sticking, a taut rope), are in one list, with one search for all.
 //
 // The driver asks after each step for the moment of the next event. What happens at that moment is one firing:
-// everything whose root lies there to rounding. If it only records, the search goes on behind it in the same step; if
-// something changes the state, the rest of the step is thrown away and the watch begins afresh.
+// everything whose root lies there to rounding. If it only records, the search goes on behind it in the same step. If something
+// changes the state, the rest of the step is thrown away and the watch begins afresh.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -114,7 +114,7 @@ class EventWatch {
     return bits;
   }
 
-  // Before the observer, who may change what a listed function reads.
+  // Before the call of the observer, which may change what a listed function reads.
   void remember(double t, const Eigen::VectorXd& y) {
     for (std::size_t i = 0; i < listed_; ++i) before_[i] = value(i, t, y);
   }
@@ -251,8 +251,8 @@ class EventWatch {
     return begin(t, y = y_, tolerance, true, listed_), true;
   }
 
-  // The function whose changes of the state do not let t go on any more, if there is one: each follows the one before it
-  // as closely as the clock can tell, or g cannot be told from zero between them.
+  // The function whose changes of the state stop the progress of t, if there is one. Each change follows the one before it as
+  // closely as the clock can tell, or g cannot be told from zero between them.
   std::optional<std::string> accumulating(double elapsed) {
     const double indistinct = 1e3 * std::numeric_limits<double>::epsilon() * std::abs(elapsed);
     for (std::size_t i = 0; i < watches_.size(); ++i) {
@@ -371,7 +371,7 @@ class EventWatch {
     try {
       return events_[i].decide(events_[i].event, bounds_, watches_[i].level, a, b);
     } catch (const Undecided&) {  // in a shorter panel the comparison may have an answer
-    } catch (...) {               // no formula here: if g has no value, samples will say so
+    } catch (...) {               // no formula here: if g has no value, samples show it
       watches_[i].unproven = true;
     }
     return false;

@@ -4,7 +4,7 @@
 // One event of a run's list as the watch over it asks for it: by calls, whatever the types of its function and of its action are.
 //
 // Every lambda has a type of its own, and what is a template of it the compiler writes anew for each. The loop of a run and the search for
-// roots need not know these types: an event is called some ten times in a step, and a call costs a nanosecond.
+// roots need not know these types. An event is called some ten times in a step, and a call costs a nanosecond.
 
 #include <Eigen/Core>
 #include <array>

@@ -14,8 +14,8 @@
 //
 // and h is the longest for which that holds, by doubling. A velocity has at least the size of its coordinate by the length of the run, for less
 // moves nothing. A component that is zero with all its rates borrows the size of its like, one that is zero but for rounding gets what rounding
-// makes of it (integrate/accurate/motion.hpp). Where all is zero, later times of the run are asked for a push; where there is none, or what holds
-// the scene at rest may answer it, nothing is known, and the next leg is asked again.
+// makes of it (integrate/accurate/motion.hpp). Where all is zero, later times of the run are searched for a push. Where there is none, or what
+// holds the scene at rest may balance it, nothing is known, and the next leg is asked again.
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -5,7 +5,7 @@
 // at a large t two doubles t may be the same where the steps between them are not.
 //
 // Equal moments. Where something happens by the clock, output times within some rounding units of that time are this time (EventClocks::same()), and
-// their states are those behind it: 0.1 + 5 · 0.1 and 6 · 0.1 are one moment, though not one double.
+// their states are those behind it. 0.1 + 5 · 0.1 and 6 · 0.1 are one moment, though not one double.
 
 #include <Eigen/Core>
 #include <algorithm>

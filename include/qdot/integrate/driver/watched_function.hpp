@@ -8,13 +8,13 @@
 // of the present step: the velocity of a pendulum at rest is known to less than that of one that swings.
 //
 // What is remembered of a function from step to step is the side of zero on which it was last seen. Side 0 means
-// "at zero": at the start of a run, or just after an event changed the state. Then its first sample off zero (by more
-// than a band, in which g cannot be told from zero) gives it a side: without an event if it is muted, and as an event
-// where it left zero if it is not and goes the way that counts: at the beginning of the interval, or behind the last sample that was exactly zero.
+// "at zero": at the start of a run, or just after an event changed the state. Then its first sample off zero (by more than a band, in which g
+// cannot be told from zero) gives it a side. If it is muted, that is no event. If it is not muted and goes the way that counts, there is an event
+// where it left zero. This is the beginning of the interval, or behind the last sample that was exactly zero.
 //
 // A hop away from zero and back may be far shorter than the step. So a function at zero is watched from the first instant that t can
-// tell. And where an event's own action has turned (or stopped) g, which the rate dg/dt at the new state says, g may leave zero to the side
-// it came from and to no other: if it is first seen beyond, the hop was shorter than t can tell, and the events accumulate.
+// tell. An event's own action may have turned (or stopped) g, which the rate dg/dt at the new state shows. Then g may leave zero to the
+// side it came from and to no other. If it is first seen beyond, the hop was shorter than t can tell, and the events accumulate.
 
 #include <algorithm>
 #include <cmath>
@@ -91,8 +91,9 @@ struct Watch {
   }
 };
 
-// The side on which a function, at zero after its own action, has to stay: where it came from, if the action turned its motion or
-// stopped it; 0 if the motion may go on through zero. An action that turns what was moving away has come too late to be right.
+// The side on which a function, at zero after its own action, has to stay. It is where it came from, if the action turned its
+// motion or stopped it; 0 if the motion may go on through zero. An action that turns what was moving away has come too late to be
+// right.
 inline int home_side(int side, const std::optional<int>& trend_before, const std::optional<int>& trend_after) {
   if (!trend_before || !trend_after) return 0;
   return side * *trend_before <= 0 ? (side * *trend_after >= 0 ? side : 0) : side * *trend_after < 0 ? side : 0;

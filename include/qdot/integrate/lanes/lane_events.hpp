@@ -4,8 +4,7 @@
 // In which lanes a step passes an event.
 //
 // The lanes of a pack have made a step (integrate/lanes/runge_kutta_lanes.hpp), and each knows its motion between both ends of its own. An event's function is
-// looked at in equal parts of the step; a lane in which it changes its sign the way that the event asks for is told, and who goes on with it finds
-// the time.
+// looked at in equal parts of the step. A lane in which it changes its sign in the event's direction is reported, and the caller finds the time.
 
 #include <Eigen/Core>
 #include <tuple>

@@ -8,7 +8,7 @@
 //     pair, tuple, array, State    what is in it
 //     a type of the user's         what its to_bytes() makes of it, and from_bytes() takes
 //
-// Whoever reads is the same program on a machine of the same kind, so nothing says of what type it is. Nothing here knows MPI.
+// The reader is the same program on a machine of the same kind, so types are not written. Nothing here knows MPI.
 //
 // A pointer means nothing in another process. One in a struct cannot be seen from here; pointers themselves, string_view and span are refused.
 
@@ -204,7 +204,7 @@ void write_kept(std::string& bytes, const Kept<R>& kept) {
     write_bytes(bytes, std::uint64_t{0});
     const auto begin = bytes.size();
     write_bytes(bytes, what);
-    const std::uint64_t size = bytes.size() - begin;  // whoever cannot read it knows where the next begins
+    const std::uint64_t size = bytes.size() - begin;  // a reader that cannot read it can skip to the next
     std::memcpy(bytes.data() + begin - sizeof size, &size, sizeof size);
   };
   try {

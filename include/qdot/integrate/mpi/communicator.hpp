@@ -3,11 +3,11 @@
 //
 // What the ranks of a communicator say to each other: this header alone names MPI's functions.
 //
-// All goes over a copy of the user's communicator, so that no message of theirs is taken for one of ours, and no error of ours ends their program: MPI
-// hands errors back, and here they become exceptions with a rule, values and a remedy.
+// All goes over a copy of the user's communicator, so that messages are not mixed up, and no error of ours ends the program. MPI hands errors back,
+// and here they become exceptions with a rule, values and a remedy.
 //
-// Who waits looks, and sleeps in between. MPI's own ways to wait look without end, on a core that threads of the same rank, or other ranks, may have
-// work for.
+// A rank that waits looks for messages, and sleeps in between. MPI's own waiting functions look all the time, on a core that threads of the same
+// rank, or other ranks, may need.
 
 #include <mpi.h>
 
@@ -27,7 +27,7 @@
 
 namespace qdot::detail {
 
-// How long who finds nothing to do waits before looking again: not at all, then longer and longer.
+// How long a rank without work waits before it looks again: not at all, then longer and longer.
 class Patience {
  public:
   void renew() { looks_ = 0; }
@@ -69,7 +69,7 @@ class Communicator {
   }
   ~Communicator() {
     if (!is_broken_) MPI_Comm_free(&own_);
-    else new Letters(std::move(letters_));  // MPI may still read and write them; nobody knows
+    else new Letters(std::move(letters_));  // MPI may still read and write them, so they stay
   }
   Communicator(const Communicator&) = delete;
   Communicator& operator=(const Communicator&) = delete;

@@ -4,8 +4,8 @@
 // Chunks of motions that are worked on by several ranks, each with its threads, and handed on by rank 0.
 //
 // Rank 0 gives out numbers of chunks, and a rank that sends what came of one is sent another. Each has up to four more in hand than it has
-// threads, so that it does not wait for the answer, which takes as long as a motion on rank 0, or as whatever else keeps its processor.
-// Fewer towards the end, and none when others would have nothing.
+// threads, so that it does not wait for the answer. The answer takes as long as a motion on rank 0, or as whatever else keeps its
+// processor. Fewer towards the end, and none when others would have nothing.
 //
 // The calling thread alone calls MPI, rank 0's own included, which is what MPI_THREAD_FUNNELED allows. Where a rank has one thread, that thread
 // also does the motions, and looks after messages between two of them, all 50 µs at most.

@@ -167,7 +167,7 @@ void BasicAutomaticStepper<Number>::reset(const Moment& moment, const Eigen::Ref
       at(series).reset(moment, y);
     } catch (const NonFinite&) {
       go_on_smoothly("the motion is not analytic at the start");
-    } catch (const InvalidValue&) {  // Dop853 says so, too, of what concerns it
+    } catch (const InvalidValue&) {  // Dop853 refuses what it cannot take itself
       go_on_smoothly("a component starts at 0 without an absolute tolerance");
     } catch (const NotAnalytic& error) {
       if (count(), statistics_.evaluations > 0) go_on_smoothly("T, V or an effect has a branch or a kink by now");

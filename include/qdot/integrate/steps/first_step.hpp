@@ -3,8 +3,8 @@
 //
 // The first step of an explicit method of order p.
 //
-// Nothing is known yet but y and f = ẏ. In units of the tolerance, h = 0.01 ‖y‖/‖f‖ changes y by a hundredth of its own size; an explicit step of
-// Euler's over that h shows how fast f changes, and so what a method of order p may dare:
+// Nothing is known yet but y and f = ẏ. In units of the tolerance, h = 0.01 ‖y‖/‖f‖ changes y by a hundredth of its own size. An explicit step of
+// Euler's over that h shows how fast f changes, and so the step for a method of order p:
 //
 //     (0.01 / max(‖f‖, ‖f(t + h, y + h f) − f‖/h))^(1/p) ,   at most 100 h.
 //

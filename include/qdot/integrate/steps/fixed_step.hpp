@@ -6,8 +6,8 @@
 // Why equal. A symplectic method follows, up to terms that are exponentially small in 1/h, the exact
 // motion of a Hamiltonian H̃ = H + hᵖ H_p + …; so its energy error stays bounded for ever. But H̃
 // depends on h: change h with the state and the motion jumps between different H̃, and the bound is
-// gone. So the distance to t_limit is divided into equal steps, none longer than the one asked for,
-// and step k ends at start + k h (not at a running sum, whose rounding would drift).
+// gone. So the distance to t_limit is divided into equal steps, none longer than the one asked for. Step k ends at start + k h
+// (not at a running sum, whose rounding would drift).
 //
 // Compensated summation. Over N steps the rounding of y ← y + δ grows like √N ulps of y, more than the
 // method's own error when that is small. TwoSum gives the rounding error of a sum exactly:
@@ -55,7 +55,7 @@ class FixedStep : public OneStep<N> {
  public:
   static constexpr bool has_fixed_step() noexcept { return true; }
 
-  /// The last step's polynomial of degree 5; evaluates the accelerations at its ends if nobody has yet.
+  /// The last step's polynomial of degree 5; evaluates the accelerations at its ends if they are not known yet.
   ///
   /// Where they cannot be evaluated, the cubic through q and q̇ at both ends.
   PolynomialView polynomial() {

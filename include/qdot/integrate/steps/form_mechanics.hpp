@@ -10,7 +10,7 @@
 // with y = [q; q̇; z]. Mechanics<F> tells them, for a system (F = ∂L/∂q, no z) and for a scene with its effects. Terms of
 // effects that belong into L are in p and ∂L/∂q already. A type that hides a system can have a Mechanics of its own.
 //
-// A scene's header is not included here: who has a scene has included it.
+// A scene's header is not included here: code that has a scene has included it.
 
 #include <Eigen/Core>
 #include <type_traits>
@@ -38,7 +38,7 @@ Matrix<double, n> inverse_mass_matrix(const Sys& system, const Matrix<double, n>
   return solved_with_mass_matrix(system, M, Matrix<double, n>(Matrix<double, n>::Identity(system.dof(), system.dof())), t);
 }
 
-// M of a T(q̇), which `who` needs to be quadratic.
+// M of a T(q̇) that must be quadratic; the error names the method by the argument.
 template <class Sys, int n = Sys::dof_at_compile_time>
 Matrix<double, n> constant_mass_matrix(const Sys& system, const char* who) {
   const Vector<double, n> zero = Vector<double, n>::Zero(system.dof()), one = Vector<double, n>::Ones(system.dof());

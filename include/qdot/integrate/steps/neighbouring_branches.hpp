@@ -3,8 +3,8 @@
 //
 // Whether the neighbour of a branch has other equations.
 //
-// Where a comparison is a tie, a run of the functors with the other answer gives the neighbour's graph (integrate/steps/recorded_branches.hpp), and
-// derivatives of what was returned say what differs: the equations, or their slopes only.
+// Where a comparison is a tie, a run of the functors with the other answer gives the neighbour's graph (integrate/steps/recorded_branches.hpp).
+// Derivatives of what was returned show what differs: the equations, or their slopes only.
 
 #include <Eigen/Core>
 #include <algorithm>

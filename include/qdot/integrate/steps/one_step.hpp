@@ -94,8 +94,8 @@ class OneStep {
   /// What is evaluated: a copy of the system.
   const Rates& rates() const noexcept { return *rates_; }
 
-  /// Whether evaluations go by the branch that functors had at the last reset, beyond its guards as well; whoever asks for that looks for the guards along
-  /// each step, and resets where one is met.
+  /// Whether evaluations go by the branch that functors had at the last reset, beyond its guards as well. A caller that asks for it looks for the guards
+  /// along each step, and resets where one is met.
   bool holds_branch() const noexcept { return holds_branch_; }
   /// Asks for that, from here on and at each reset; or no longer.
   void hold_branches(bool wish) {

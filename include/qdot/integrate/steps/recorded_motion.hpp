@@ -9,7 +9,7 @@
 //     p = ∂L/∂q̇ ,   M = ∂p/∂q̇ ,   F = ∂L/∂q + Σ Q ,   ż .
 //
 // What has a series is one formula everywhere. A force that asks for signs (dry friction, saturation, |x|) is refused when it is
-// run; one that asks whether something is exactly zero is taken, and the question checked at each expansion: drag −b|v|v is
+// run. One that asks whether something is exactly zero is taken, and the question checked at each expansion. Drag −b|v|v is
 // analytic away from v = 0, where √(v·v) changes its branch.
 //
 // A constraint is recorded as what it demands of velocities, c = 0, with W = ∂c/∂q̇:

@@ -13,7 +13,7 @@
 // stages measure an error of lower order and so cost nothing.
 //
 //     Dop853    order 8, 12 stages; two embedded errors of order 5 and 3 that are combined; dense
-//               output of order 7 from three more stages, taken only if somebody asks.
+//               output of order 7 from three more stages, taken only if it is asked for.
 //     Dopri5    order 5, 6 stages; embedded error of order 4; dense output of order 4 for nothing.
 //
 // Row `stages` of a holds b: the new state is itself the argument of the next step's first stage, and cₛ = 1.

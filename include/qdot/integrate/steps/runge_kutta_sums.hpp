@@ -3,11 +3,11 @@
 //
 // The sums of Runge–Kutta methods, Σ wⱼ kⱼ, unrolled, and what is made of them.
 //
-// The weights are known to the compiler, so that those which are zero are not in the program. Components do not know of each other: four of them, or two,
-// are added up by one instruction where the processor has one, in the order in which one alone would be. A step of Dop853 has
-// some eighty such terms for each component, and its dense output fifty; of a small system they are most of what the method itself takes.
-// A sum stays in registers until it is the next stage, for compilers differ in what they make of a loop over four numbers in memory: g++ -O3 writes it
-// out, -O2 does not, and a step of a cart with a pendulum took 1.27 times as long by -O2 as by -O3. Written so, it takes the same by both.
+// The weights are known to the compiler, so that those which are zero are not in the program. Components are independent: four of them, or two, are added
+// up by one instruction where the processor has one, in the order in which one alone would be. A step of Dop853 has some eighty such terms for each
+// component, and its dense output fifty; of a small system they are most of what the method itself takes. A sum stays in registers until it is the next
+// stage, for compilers differ in what they make of a loop over four numbers in memory. g++ -O3 unrolls it, -O2 does not, and a step of a cart with a
+// pendulum took 1.27 times as long by -O2 as by -O3. Written so, it takes the same by both.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -62,8 +62,8 @@ template <class C>
 [[gnu::always_inline]] inline void read(C& components, const double* from) {
   __builtin_memcpy(&components, from, sizeof components);
 }
-// The same of numbers that a system has just stored one by one. A load of several waits until all of them have left the processor's store buffer, and
-// compilers make one load of several; with AVX an evaluation took 1.4 to 1.8 times as long.
+// Reads numbers that a system has just stored one by one. A load of several waits until all of them have left the processor's store buffer, and
+// compilers make one load of several. With AVX an evaluation took 1.4 to 1.8 times as long.
 template <class C>
 [[gnu::always_inline]] inline void read_one_by_one(C& components, const double* from) {
 #if defined(__AVX__)

@@ -12,10 +12,10 @@
 //
 // So every step lies on one branch, no kink is within it, and no order is lost; in both directions of time.
 //
-// Which side. Rounding leaves the state of an edge on either side of it. So there, and where a motion starts on a guard, not g decides but where g goes,
-// by its coefficients of higher order: a guard that rounding cannot tell from zero is taken for zero. If it goes to the side of another branch, that one is
-// tried. Where guards are zero together, each is turned in this way. If every branch leads to one that has been tried, as friction does on a body at
-// rest, no branch holds the motion: the run ends as event_accumulation, and names the comparison. So it does where edges crowd. A motion that starts
+// Which side. Rounding leaves the state of an edge on either side of it. So there, and where a motion starts on a guard, the value of g does not decide,
+// but its coefficients of higher order do. A guard that rounding cannot tell from zero is taken for zero. If it goes to the side of another branch, that
+// one is tried. Where guards are zero together, each is turned in this way. Every branch may lead to one that has been tried, as friction does on a body at
+// rest; then no branch holds the motion. The run ends as event_accumulation, and names the comparison. So it does where edges crowd. A motion that starts
 // on a guard, and may leave it to both sides, is not unique: refused_by_model.
 //
 // Functors that ask for a plain value (isnan, innermost_value) are refused, for no guard holds it; so are constraints that branch.
@@ -139,7 +139,7 @@ class BranchedSeries final : public PowerSeries, public SeriesBranches {
     return p;
   }
   bool is_tie(std::size_t k) const { return k < ties_.size() && ties_[k] != 0; }
-  // The same divided by the part, where it begins at zero.
+  // The polynomial divided by its variable, where it begins at zero.
   static ShortPolynomial divided(ShortPolynomial p, double from) {
     std::copy(p.c.begin() + 1, p.c.begin() + p.degree + 1, p.c.begin());
     --p.degree;

@@ -19,8 +19,8 @@
 //     [ W₀    0  ] [ (τ/k) λ_{k−1}   ]  =  [ − e_k                   ] ,
 //
 // has the same matrix at all orders, that of the accelerations q̈ and λ at t₀ themselves (order 1). It is factored once per step
-// (mechanics/derive/dense_factors.hpp). A series that begins on the constraints stays on them in all its coefficients; what is cut off
-// after the last one is put right by a projection at the step's end.
+// (mechanics/derive/dense_factors.hpp). A series that begins on the constraints stays on them in all its coefficients. The error of
+// the terms that are cut off is removed by a projection at the step's end.
 //
 // Weak pivots are left to effects/rows/constrained_solve.hpp, which decides about the rank:
 //
@@ -34,7 +34,7 @@
 //
 // Constraints hold everywhere or not at all; what switches on and off (contacts, dry friction) is no power series.
 //
-// The factors of constraints are not included here: who has a scene with constraints has included them.
+// The factors of constraints are not included here: code that has a scene with constraints has included them.
 
 #include <Eigen/Core>
 #include <algorithm>

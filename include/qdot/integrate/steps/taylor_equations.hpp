@@ -19,10 +19,10 @@
 //
 //     M₀ q̇_{k+1} = τ g_k / (k + 1) − r_{k+1} .
 //
-// M is wanted at the expansion point only: it is factored once per step, and every further order costs two
-// triangular solves and one sweep through the graphs of p and g (ad/series/sweep.hpp). These come from one
-// recording of L by reverse differentiation and have a few times the operations of T and V themselves: a
-// chain of n links costs O(n) per order, where its equations of motion, written out, have O(n²) terms.
+// M is needed at the expansion point only. It is factored once per step, and every further order costs two triangular solves and
+// one sweep through the graphs of p and g (ad/series/sweep.hpp). These come from one recording of L by reverse differentiation
+// and have a few times the operations of T and V themselves. A chain of n links costs O(n) per order, where its equations of
+// motion, written out, have O(n²) terms.
 //
 // Forces of effects are summands of g, and effects' own states have z_{k+1} = τ ż_k/(k + 1): both need the order before only.
 // Constraints make the system to be solved larger by their multipliers (integrate/steps/taylor_constraints.hpp).

@@ -222,7 +222,7 @@ class TaylorStepper : public detail::OneStep<N> {
     const int p = this->order_;
     Y& scale = slope_;
     for (Eigen::Index i = 0; i < size(); ++i) scale[i] = 1.0 / this->weight(i, this->y_[i], this->y_[i]);
-    double steepest = -std::numeric_limits<double>::infinity(), decisive = 0.0;  // −log₂ h, roughly; the coefficient that says so
+    double steepest = -std::numeric_limits<double>::infinity(), decisive = 0.0;  // −log₂ h, roughly; the coefficient that decides it
     int at = 1;
     double share = this->rtol_ < rounding_wanted ? rounding_margin : 1.0;  // times σ^{p+1−j}
     for (int j = p; j > std::max(p - window, 0); --j) {

@@ -9,9 +9,9 @@
 //     max_wall_seconds      the same
 //
 // Between two of these questions lies a bounded number of evaluations. A step of an explicit method makes no more than 200
-// attempts and asks after each; CVODE asks at every right-hand side; Gauss' stages, projections onto constraints and searches
-// for events have iteration limits of their own (100, 25, and 200 for each root), and no function may fire more than 10⁴ times
-// in one step. What no library can end is a model's function that does not return.
+// attempts and asks after each; CVODE asks at every right-hand side. Gauss' stages, projections onto constraints and searches for
+// events have iteration limits of their own (100, 25, and 200 for each root). No function may fire more than 10⁴ times in one
+// step. What no library can end is a model's function that does not return.
 //
 // A budget that is spent inside a step leaves the state of the last good one. The clock is read only where a time was given.
 

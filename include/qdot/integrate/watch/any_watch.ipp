@@ -3,9 +3,9 @@
 //
 // Watchdogs: what a run looks at besides its steps.
 //
-// A step that passes its error test may still be worthless: where M is nearly singular its accelerations have no digits left,
-// and where V is not what its derivative says (a jump, a parameter that changes) the method follows forces that
-// belong to no energy. So now and then an accepted state is looked at:
+// A step that passes its error test may still be worthless. Where M is nearly singular its accelerations have no digits left.
+// Where V is not what its derivative says (a jump, a parameter that changes), the method follows forces that belong to no energy.
+// So now and then an accepted state is looked at:
 //
 //     rcond(M)      the smallest pivot of M scaled to unit diagonal, d_min of D⁻½ M D⁻½ = L Δ Lᵀ: a bound of 1/cond from
 //                   above, mostly within a factor of ten, that does not change with the units. Accelerations lose
@@ -21,13 +21,12 @@
 //     values        T and V must have some. Their slopes are numbers only where they do, but not every value is needed for q̈: a
 //                   constant that is NaN, or a sum that overflows, moves nothing. The energy that it makes NaN is one all the same.
 //
-// When. At the start, after steps 1, 3, 7, 15, 31, 63, then every 61st (a prime: what alternates from step to step, or with another
-// short period, must not look the same at all looks), at stop times and at the end; after every step while
-// rcond(M) is below 1e-6, and where the step has become eight times shorter since the last look. At stop times and where an event
-// changes the state h and f are compared afresh: a legitimate change of the model belongs there. With more than eleven coordinates the looks
-// are rarer, n²/64 to n²/8 steps apart, where n counts to 128. They are not counted as evaluations.
-// For a double pendulum they cost about one percent of the time with Dopri5 and BDF, and half a percent with Dop853 and Taylor
-// (half of what was measured with a look at every 32nd step).
+// When. At the start, after steps 1, 3, 7, 15, 31, 63, then every 61st, at stop times and at the end. 61 is a prime: what alternates from
+// step to step, or with another short period, must not look the same at all looks. Also after every step while rcond(M) is below 1e-6, and
+// where the step has become eight times shorter since the last look. At stop times and where an event changes the state h and f are compared
+// afresh: a legitimate change of the model belongs there. With more than eleven coordinates the looks are rarer, n²/64 to n²/8 steps apart,
+// where n counts to 128. They are not counted as evaluations. For a double pendulum they cost about one percent of the time with Dopri5 and
+// BDF, and half a percent with Dop853 and Taylor. That is half of what was measured with a look at every 32nd step.
 //
 // This is the work of any_watch.hpp. Programs that link qdot::compiled do not read it: the library has it.
 

@@ -11,9 +11,8 @@
 //     φ, or φ̇ at the same q̇, jumps   the constraint leaves the place, or the direction, of the motion
 //     both sides push back           the motion slides along the boundary, and each step crosses it once more
 //
-// The first three are decided by values of both recordings at one state, a blow being large where it is more than the tolerances and rounding allow; the
-// last by the
-// rate of the guard, ġ = ∂g/∂(q, q̇, t, z) · (q̇, q̈, 1, ż), with the rates of either side. Each ends the run by a name.
+// The first three are decided by values of both recordings at one state; a blow is large where it is more than the tolerances and rounding allow. The
+// last is decided by the rate of the guard, ġ = ∂g/∂(q, q̇, t, z) · (q̇, q̈, 1, ż), with the rates of either side. Each ends the run by a name.
 
 #include <Eigen/Core>
 #include <algorithm>

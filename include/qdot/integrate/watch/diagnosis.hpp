@@ -16,8 +16,8 @@
 //     stiff            h ρ is about one, where ρ, the largest |λ| of ∂f/∂y by powers of it in differences of f, is much faster than
 //                      anything that the motion does: only stability holds the step.
 //
-// None of these is a proof, so the message gives the numbers with the word. Where f became NaN the same line is searched for
-// the first place where it did, and T, V and their derivatives are asked one by one what is wrong there.
+// None of these is a proof, so the message gives the numbers with the word. Where f became NaN the same line is searched for the
+// first place where it did. T, V and their derivatives are then evaluated one by one there, to find which of them is wrong.
 //
 // Everything that the model throws meanwhile is caught: the run has an outcome already.
 
@@ -201,7 +201,7 @@ inline double length(const Eigen::VectorXd& u) {
   return text;
 }
 
-/// What to add to the message of an end that nobody asked for; often nothing.
+/// What to add to the message of an end that the user did not ask for; often nothing.
 template <class Number = double>
 [[gnu::cold]] std::string explanation(const Probe& f, Outcome outcome, const Standstill& at) {
   if (outcome == Outcome::non_finite) {

@@ -4,9 +4,9 @@
 // A first-order form without its type, as the loop of a run sees it.
 //
 // Each T, each V and each choice of effects is a type of its own, and what is a template of it the compiler writes anew for each. The method's
-// stepper has to be: it evaluates f ten times in a step. The loop around it asks for little, and seldom: names for messages, guards and
-// projections at events, f where a run stands still and somebody wants to know why. So the loop, its events and its diagnosis are
-// compiled once, and ask for that by calls (driven_form_of.hpp makes them from a form). So does CVODE, whose loop is its own, and which asks for more.
+// stepper has to be: it evaluates f ten times in a step. The loop around it asks for little, and seldom: names for messages, guards and projections at
+// events, and f for the diagnosis of a run that stands still. So the loop, its events and its diagnosis are compiled once, and ask for that by calls
+// (driven_form_of.hpp makes them from a form). So does CVODE, whose loop is its own, and which asks for more.
 
 #include <Eigen/Core>
 #include <memory>
@@ -58,7 +58,7 @@ struct MethodForm : DrivenForm {
   virtual void run_functors(RecordedMotion&) const {}
   virtual void accelerate(double /*t*/, const double* /*y*/, double* /*a*/, double* /*lambda*/) const {}
 
-  // The same for functors that are no formulas: M, C, K of the motion near y within their band.
+  // For functors that are no formulas: M, C, K of the motion near y within their band.
   virtual bool has_band() const { return false; }
   virtual std::shared_ptr<BandedLinearization> linearization(double, const Eigen::Ref<const Eigen::VectorXd>&) const { return nullptr; }
 };

@@ -3,11 +3,11 @@
 //
 // What a run asks of its system (driven_form.hpp), from a form of any type.
 //
-// Who has more to ask of a form without its type derives an interface of their own from MethodForm, and a class that answers from
-// MethodFormOf of it, as AnySystem does, or from SparseFormOf, as the program of the command line does. CVODE asks MethodForm itself.
+// Code that asks more of a form without its type derives an interface of its own from MethodForm. The class that answers derives from
+// MethodFormOf of that interface, as in AnySystem, or from SparseFormOf, as in the program qdot. CVODE asks MethodForm itself.
 //
-// A form that hides another one's type, because its methods are to be compiled once for many systems as well, has driven(), what stands behind it; or,
-// where it is more than that, watch(options), which gives the watchdog of the form behind it.
+// A form may hide another one's type, because its methods are to be compiled once for many systems as well. Then it has driven(), the form behind it.
+// Where it is more than that form, it has watch(options) instead, which gives the watchdog of the form behind it.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -122,8 +122,8 @@ class SparseFormOf : public MethodFormOf<Face, Form> {
   static constexpr bool is_hidden = requires(const Form& form) { form.driven().equations(); };
 
  public:
-  /// Whether a system of the type may have equations that few coordinates meet in. What hides a type says so itself, if what solves them is worth its
-  /// compile time there.
+  /// Whether a system of the type may have equations that few coordinates meet in. A class that hides a type declares may_be_sparse itself, where the
+  /// sparse solvers are worth their compile time.
   static constexpr bool may_be_sparse = is_traced || is_banded || requires { requires Form::may_be_sparse; };
 
   using MethodFormOf<Face, Form>::MethodFormOf;

@@ -12,12 +12,12 @@
 //
 //     energy_drift_limit · (N max a + ε max(|T| + |V|)),       energy_drift_limit = 10³,
 //
-// is no error of integration. And whatever the tolerances allow: where the drift of a whole run is more than a quarter of the largest T that was seen, the
-// motion that it shows is not the system's, and the run does not count as completed. (T knows no arbitrary constant, as V does, and a motion that
-// has one has a T.) The margin is wide: over twelve systems, five methods and rtol = 1e-3 … 1e-13, each with atol from rtol/1000 to 1000 rtol,
-// honest runs came to 0.6 at most, and what this is made for exceeds 10³ by decades at usual tolerances. (At rtol = 1e-3 each step may change h by a
-// thousandth, and little can be out of proportion to that.) Methods with a step of fixed length promise no tolerance and are not judged. Forces of effects
-// do work: energy_balance.hpp is for them.
+// is no error of integration. And whatever the tolerances allow, the drift of a whole run must not exceed a quarter of the largest T that was seen.
+// Otherwise the computed motion is not the system's, and the run does not count as completed. (T knows no arbitrary constant, as V does, and a motion that
+// has one has a T.) The margin is wide. Correct runs came to 0.6 at most, over twelve systems, five methods and rtol = 1e-3 … 1e-13, each with atol from
+// rtol/1000 to 1000 rtol. Wrong models exceed 10³ by decades at usual tolerances. (At rtol = 1e-3 each step may change h by a thousandth, and little can
+// be out of proportion to that.) Methods with a step of fixed length promise no tolerance and are not judged. Forces of effects do work:
+// energy_balance.hpp is for them.
 
 #include <Eigen/Core>
 #include <algorithm>

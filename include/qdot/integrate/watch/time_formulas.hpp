@@ -1,8 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What of a system time enters, as formulas: T, V and what takes the time of the effects, run once with the scalar that writes down what is done to it.
-// A functor that compares is written down as it is at one time and state (ad/formula/branches.hpp).
+// The parts of a system that depend on time, as formulas: T, V and the effects that take the time. They are run once with the scalar that records its
+// operations. A functor that compares is written down as it is at one time and state (ad/formula/branches.hpp).
 
 #include <Eigen/Core>
 #include <tuple>

@@ -4,8 +4,8 @@
 // T and V of any type, behind virtual functions.
 //
 // A run asks T and V for a recording when it begins, and for numbers now and then. Everything else that it does depends on the number of coordinates
-// alone. So simulate() replaces the user's functors by AnyEnergies, and what stands behind it (first_order_form.hpp, integrate/) is compiled once for
-// each number of coordinates: in the library qdot::compiled, or in a program for all its systems.
+// alone. So simulate() replaces the user's functors by AnyEnergies. The code behind it (first_order_form.hpp, integrate/) is compiled once for each
+// number of coordinates: in the library qdot::compiled, or in a program for all its systems.
 //
 // The functors are run on four kinds of numbers:
 //

@@ -42,7 +42,7 @@ class DerivationByTerms {
     for (int i = 0; i < 2 * n + 1; ++i) graph.variable(i);
   }
 
-  /// T, M and r as sums of terms, for those who write them down.
+  /// T, M and r as sums of terms, for code that prints them.
   struct Terms {
     Polynomial kinetic;
     std::vector<Polynomial> mass, right;  // lower triangle, row by row
@@ -133,7 +133,7 @@ class DerivationByTerms {
     return w.kind == formula::Kind::affine && is_sum_of_coordinates(w.a) && (w.b < 0 || is_sum_of_coordinates(w.b));
   }
 
-  // The same with sums as sums, but for those of coordinates.
+  // A node in terms, with sums as sums, but for those of coordinates.
   constexpr Polynomial terms_of(int node) {
     const Node w = graph[node];
     if (w.kind != formula::Kind::affine || (w.b >= 0 && is_sum_of_coordinates(node))) {

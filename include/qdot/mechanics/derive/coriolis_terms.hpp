@@ -15,8 +15,8 @@
 //
 // masses times accelerations along each coordinate: one walk forwards for all u̇ and one back. Chains of links need half of the operations.
 //
-// That u is a rate is seen where it is a sum of f(φ) φ̇, with φ any formula of q and t: l cos(θ) θ̇, cos(α + β) (α̇ + β̇), ẋ; and where it is made of X by
-// the chain rule, as velocities of places are. What is not, like the r θ̇ of polar coordinates, is differentiated as it stands.
+// u is recognized as a rate where it is a sum of f(φ) φ̇, with φ any formula of q and t: l cos(θ) θ̇, cos(α + β) (α̇ + β̇), ẋ. So it is where it is made
+// of X by the chain rule, as velocities of places are. What is not, like the r θ̇ of polar coordinates, is differentiated as it stands.
 //
 // Angular velocities Ω = W(q, t) q̇ + … of bodies are no rates, but [Ω×] = RᵀṘ says what takes the lemma's place (mechanics/equations/known_rotation.hpp
 // finds such Ω, and the recording notes them): d/dt ∂Ω/∂q̇_i − ∂Ω/∂q_i = −Ω × W_i. So there is more in c_i where T contains Ω,
@@ -98,8 +98,8 @@ class CoriolisTerms {
     return followed_.empty() ? apart_ : with_torques();
   }
 
-  // What a node is: a formula of q and t, and then of which node alone; f(φ) φ̇ of a node φ; another rate; a sum of angular velocities and rates; or none
-  // of these.
+  // What a node is: a formula of q and t, and then of which node alone; f(φ) φ̇ of a node φ, or another rate. Or it is a sum of angular velocities and
+  // rates, or none of these.
   enum class Is : unsigned char { constant, position, rate_of_one, rate, turning, other };
   struct Known {
     Is is = Is::other;

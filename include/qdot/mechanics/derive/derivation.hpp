@@ -9,7 +9,7 @@
 // sign or threshold gives another.
 //
 // Functors that compare numbers are derived for one branch at a time. The recording knows the state and notes the guards on which its branch depends
-// (ad/formula/branches.hpp); their sides are lines, and the same answers to comparisons lead the hash through the same branch.
+// (ad/formula/branches.hpp). Their signs are lines. The hash follows the same branch, since comparisons get the same answers.
 
 #include <atomic>
 #include <cstddef>

@@ -3,8 +3,8 @@
 //
 // From a recording of T and V to the lines of its equations: the work of Derivation and KeptDerivation (mechanics/derive/derivation.hpp).
 //
-// Graphs are differentiated (mechanics/derive/derivatives_of_graph.hpp), and what M and r need is written as lines, with the elimination of M where it has
-// few rows (mechanics/derive/solution_lines.hpp), with the numbers that must be in the domain of a function, and with the guards of a branch.
+// Graphs are differentiated (mechanics/derive/derivatives_of_graph.hpp), and what M and r need is written as lines. With them come the elimination of M
+// where it has few rows (mechanics/derive/solution_lines.hpp), the numbers that must be in the domain of a function, and the guards of a branch.
 //
 // Programs that link qdot::compiled do not read this file: the library has it.
 
@@ -39,7 +39,7 @@ class DerivedLineWriter {
   DerivedLineWriter(const formula::BasicGraph<Coefficient>& graph, std::size_t n, std::size_t shortest_run, std::size_t parameters = 0)
       : graph_(graph), n_(n), most_(DerivedLines::most(n)), writer_(graph, 3 * n + 1 + parameters, shortest_run) {}
 
-  /// Lines of M, of r where it is given, of the guards of a branch, and of numbers that are not zero where these hold; none where there would be too many.
+  /// Lines of M, of r where it is given, of the guards of a branch, and of numbers that are not zero where these hold. None where they would be too many.
   [[gnu::cold]] void write_equations(const DerivedJacobian& derived, const std::vector<formula::Guard>& guards, const std::vector<int>& nonzero,
                                      DerivedLines& lines) {
     std::vector<int> equations = derived.mass;

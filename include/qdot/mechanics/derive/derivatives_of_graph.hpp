@@ -3,9 +3,9 @@
 //
 // Lagrange's equations by differentiating T and V as they are written.
 //
-// Multiplied out (mechanics/derive/by_terms.hpp), the kinetic energy of a chain of 32 links has thousands of terms, and that of a body turned by a
-// quaternion has powers of its length in all of them. But the user's own T has few operations, because what terms have in common is computed
-// once: v_k = v_{k−1} + …. Derivatives of graphs keep that:
+// Multiplied out (mechanics/derive/by_terms.hpp), the kinetic energy of a chain of 32 links has thousands of terms. That of a body turned by a
+// quaternion has powers of its length in all of them. But the user's own T has few operations, because what terms have in common is computed once:
+// v_k = v_{k−1} + …. Derivatives of graphs keep that:
 //
 //     p = ∂T/∂q̇   (one walk back),     M_ij = ∂p_i/∂q̇_j   (one walk back for each row),     r = −∂V/∂q − c   (coriolis_terms.hpp).
 

@@ -3,8 +3,9 @@
 //
 // What a derivation of Lagrange's equations ends with: M and r of M q̈ = r as nodes of a graph.
 //
-// Two ways lead there: mechanics/derive/by_terms.hpp multiplies the kinetic energy out and simplifies what comes, as one does on paper;
-// mechanics/derive/derivatives_of_graph.hpp differentiates T as it is written, which suits sums of squares of velocities, and many coordinates.
+// Two ways lead there. By terms, the kinetic energy is multiplied out and simplified, as on paper (mechanics/derive/by_terms.hpp). By the
+// graph, T is differentiated as it is written, which suits sums of squares of velocities, and many coordinates
+// (mechanics/derive/derivatives_of_graph.hpp).
 
 #include <algorithm>
 #include <cstddef>
@@ -60,7 +61,7 @@ constexpr int without_squares(Graph& graph, int x) {
   return x;
 }
 
-// The domains that q̈ does not watch over by itself, of each node: a root or a power that q̈ needs is NaN outside of its own, and a division by zero
+// The domains that must be checked beside q̈, of each node. A root or a power that q̈ needs is NaN outside of its own domain, and a division by zero
 // is not finite. None where no function has one.
 template <class Graph>
 constexpr std::vector<formula::Domain> domains_to_check(const Graph& graph, const std::vector<int>& outputs) {

@@ -58,8 +58,8 @@ class BasicBranchDerivations {
 
 /// The derivations of a system, found by the fingerprints of its functors. May be asked by several threads.
 ///
-/// 16 are kept, and one more for functors that have had more values of their captured numbers by then: it is replaced when a fingerprint that has none is
-/// met twice in a row.
+/// 16 are kept, and one more for functors that have had more values of their captured numbers by then. That one is replaced when an unknown fingerprint
+/// is met twice in a row.
 template <class Number = double>
 class BasicDerivations {
  public:

@@ -7,7 +7,7 @@
 // (mechanics/derive/derivation.ipp). What comes out is a table of lines (ad/formula/lines.hpp), first those of M and r, then those
 // of ∂(r − M a)/∂(q, q̇).
 //
-// Who has such lines hands M and r on as every way to them does (mechanics/mass_and_rhs.hpp).
+// Such lines hand M and r on by the `use` protocol of mechanics/mass_and_rhs.hpp.
 
 #include <cstddef>
 #include <utility>
@@ -61,7 +61,7 @@ struct DerivedLines {
   bool have_slopes() const { return !slopes.empty(); }
   bool are_native() const { return equations.is_native(); }
 
-  /// M and r, handed to `use`; false where T or V has no value, and where `use` says so. Lines of M alone leave r as it is.
+  /// M and r, handed to `use`; false where T or V has no value, and where `use` returns false. Lines of M alone leave r as it is.
   template <int n, class Use>
   bool with_mass_and_rhs(const double* q, const double* qdot, double t, const Use& use) const {
     constexpr bool few = n >= 1 && n <= unrolled_limit;
@@ -85,8 +85,8 @@ struct DerivedLines {
     }
   }
 
-  /// M, and the derivatives of r − M a at accelerations a, which come from (M, r): `put_accelerations` leaves them in
-  /// r's place; false where it says so.
+  /// M, and the derivatives of r − M a at accelerations a, which come from (M, r): `put_accelerations` leaves them in r's place;
+  /// false where it returns false.
   template <int n, class Row, class F>
   bool write_slopes(const double* q, const double* qdot, double t, double* M, Row* rows, const F& put_accelerations) const {
     double x[most(n)];

@@ -3,9 +3,10 @@
 //
 // T and V as nodes of a graph.
 //
-// The functors are run once with the scalar that writes down what is done to it (ad/formula/recording.hpp), and note the nodes of what they return:
-// T and V first, then, of a scene, forces, rates and constraints (effects/rows/recorded_effects.hpp). Whoever wants Lagrange's equations
-// differentiates them: power series (integrate/steps/recorded_motion.hpp) and equations of many coordinates (mechanics/derive/traced_equations.hpp).
+// The functors are run once with the scalar that records its operations (ad/formula/recording.hpp), and the nodes of their results are noted. T and
+// V come first; then, of a scene, forces, rates and constraints (effects/rows/recorded_effects.hpp). Two kinds of code differentiate them to
+// Lagrange's equations: power series (integrate/steps/recorded_motion.hpp) and equations of many coordinates
+// (mechanics/derive/traced_equations.hpp).
 //
 // A recording holds as long as nothing changes that the functors read besides their arguments. still_holds() runs them again and
 // compares.
@@ -113,7 +114,7 @@ bool still_holds(RecordedMotion& m, const Run& run) {
   return m.returned == m.returned_before && m.recording.assumptions == m.assumed_before;
 }
 
-/// The same for those who go on with what was recorded: if not, or if they are no formulas any more, it is in m as before.
+/// still_holds() for callers that go on with the recording: m keeps it where it does not hold, and where functors throw.
 template <std::invocable<RecordedMotion&> Run>
 bool is_unchanged(RecordedMotion& m, const Run& run) {
   try {

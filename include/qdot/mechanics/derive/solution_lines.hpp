@@ -3,9 +3,9 @@
 //
 // The solution of M x = b as lines, or as nodes of a graph; and that of M q̈ − Jᵀλ = b, J q̈ = γ.
 //
-// Elimination is operations like those of M and r, M = L D Lᵀ as in mechanics/equations/small_solve.hpp and in the same order: two pivots at a time, and
-// the last two rows by Cramer's rule. Written down it leaves out what is zero in this M and this b, and numbers need not go through memory between the
-// two. There are no branches in it, so pivots are results that are looked at afterwards.
+// Elimination is operations like those of M and r. It is M = L D Lᵀ as in mechanics/equations/small_solve.hpp and in the same order: two pivots at a
+// time, and the last two rows by Cramer's rule. Written down it leaves out what is zero in this M and this b, and numbers need not go through memory
+// between the two. There are no branches in it, so pivots are results that are looked at afterwards.
 //
 // As lines it has the bits of small_solve.hpp. As nodes it goes on with what is constant, and with what is known from elsewhere.
 

@@ -1,7 +1,8 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What was traced from a form's functors, as those see it who keep it (mechanics/derive/kept_motion.hpp) and ask for rates.
+// What was traced from a form's functors: the interface for code that keeps it (mechanics/derive/kept_motion.hpp) and evaluates
+// rates.
 
 #include <memory>
 

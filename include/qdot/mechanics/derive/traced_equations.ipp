@@ -3,8 +3,8 @@
 //
 // From what functors wrote down to sparse equations: the work of TracedEquations (mechanics/derive/traced_equations.hpp).
 //
-// Each row of M and J is a gradient of a node that depends on few variables (ad/formula/local_gradient.hpp), and the velocity terms of all rows
-// come of one walk through the graph (mechanics/derive/coriolis_terms.hpp).
+// Each row of M and J is a gradient of a node that depends on few variables (ad/formula/local_gradient.hpp). The velocity terms of all rows
+// come from one walk through the graph (mechanics/derive/coriolis_terms.hpp).
 //
 // Programs that link qdot::compiled do not read this file: the library has it.
 

@@ -10,8 +10,8 @@
 //     M constant      factored once
 //     other M         factored at every evaluation, with a pattern that is known (mechanics/equations/sparse_factors.hpp)
 //
-// Whatever is not as it should be, a pivot that is too small, a number that is not finite, is left to the general way, which knows what to do and how to
-// name it. An object has numbers of its own, so one thread at a time may ask it; copies are independent and share the lines.
+// An irregular case, a pivot that is too small or a number that is not finite, is left to the general evaluation, which handles and names it. An object
+// has numbers of its own, so one thread at a time may ask it; copies are independent and share the lines.
 
 #include <algorithm>
 #include <atomic>

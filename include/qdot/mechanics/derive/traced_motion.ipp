@@ -249,7 +249,7 @@ template <class Number>
   std::vector<int> outputs;
   if (e.mass_is_diagonal) {
     for (std::size_t i = 0; i < e.n(); ++i) {
-      if (e.mass.row(i).empty()) return;  // no inertia: the general way says so
+      if (e.mass.row(i).empty()) return;  // no inertia: the general evaluation reports it
       outputs.push_back(e.graph().quotient(e.right[i], e.mass.row(i)[0].what));
     }
   } else {

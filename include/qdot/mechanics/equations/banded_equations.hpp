@@ -3,8 +3,8 @@
 //
 // Lagrange's equations of many coordinates, each of which feels its neighbours only.
 //
-// Everything comes from evaluations of T and V on tapes (ad/records/tape.hpp), so a chain of a thousand masses and springs costs a
-// thousand times one mass, in the user's own words: a loop over neighbours.
+// Everything comes from evaluations of T and V on tapes (ad/records/tape.hpp). So a chain of a thousand masses and springs costs a
+// thousand times one mass, written as a loop over neighbours.
 //
 //     ∂L/∂q − D ∂L/∂q̇    one sweep back from L, on numbers with a derivative along the motion
 //     M                   its diagonal by the same sweep, and where there is more of it one sweep back from T for
@@ -12,13 +12,13 @@
 //                         the tape on both sides share a direction
 //     M q̈ = rhs           L D Lᵀ within the band, n w² operations; for a diagonal M a division each
 //
-// For a bare acceleration(), which must not rely on what functors were before, for the looks of a run at itself, and for functors that are
-// no formulas; the evaluations of a run go through equations that were traced when it began (mechanics/derive/traced_motion.hpp), in a
+// Used by a bare acceleration(), which must not rely on what functors were before, by the looks of a run at itself, and for functors that
+// are no formulas. The evaluations of a run go through equations that were traced when it began (mechanics/derive/traced_motion.hpp), in a
 // tenth of the time.
 //
-// The reach is an upper bound that the tape takes from the very operations of this evaluation, so that functors that
-// branch or sum over varying neighbours cannot make it wrong. Where all coordinates meet, w = n − 1 and all of this is
-// still right, and of the order of the general way.
+// The reach is an upper bound that the tape takes from the operations of this evaluation. So functors that branch or sum over
+// varying neighbours cannot make it wrong. Where all coordinates meet, w = n − 1 and all of this is still right, and of the order
+// of the general way.
 
 #include <algorithm>
 #include <cstddef>

@@ -3,10 +3,10 @@
 //
 // A mass matrix that is factored once, and again only where a method starts afresh.
 //
-// T(qdot) that is quadratic has the same M everywhere, and M q̈ = −∂V/∂q is all there is. That T is quadratic is not believed
-// but seen: its operations are written down (ad/records/reverse.hpp), and sums of products of two velocities, without a comparison
-// on the way, are quadratic wherever else they are evaluated. Anything else, such as the kinetic energy of a
-// relativistic particle, keeps its M(q̇).
+// T(qdot) that is quadratic has the same M everywhere, and M q̈ = −∂V/∂q is all there is. Whether T is quadratic is tested: its
+// operations are recorded (ad/records/reverse.hpp). Sums of products of two velocities, without a comparison on the way, are
+// quadratic wherever else they are evaluated. Anything else, such as the kinetic energy of a relativistic particle, keeps its
+// M(q̇).
 //
 // For systems that cannot be traced (mechanics/derive/traced_motion.hpp), because V branches on the state.
 //

@@ -10,7 +10,7 @@
 //
 // What a signature does not mention is never computed. Where several fit, it is the longest: a T(q, qdot, S t = S(0)) is given
 // the time, and what comes after q and q̇ is always the time, of the same scalar. The first argument of T is q̇ where it is alone
-// and q where it is not, so a T that can be called both ways has two readings and is refused.
+// and q where it is not. So a T that can be called both ways is ambiguous and is refused.
 //
 // The functors are generic: they are called with vectors of plain numbers for energies and with vectors of duals for derivatives,
 // and return the scalar that they were given. `const auto&` parameters, or `template <class S>`, do that.
@@ -117,7 +117,7 @@ constexpr auto returned_by_V(const E& e, const Q& q, const Time& t) {
   if constexpr (potential_arguments<E, n> == 1) return e.V(q);
   else return e.V(q, t);
 }
-// The same as the scalar of the arguments.
+// T and V as the scalar of the arguments.
 template <int n, class E, class S>
 S kinetic(const E& e, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) { return returned_by_T<n>(e, q, qdot, t); }
 template <int n, class E, class S>

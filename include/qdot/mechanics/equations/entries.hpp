@@ -4,9 +4,9 @@
 // Do T and V read entries that q and q̇ do not have?
 //
 // q[2] of two coordinates is whatever lies behind them in memory, where Eigen's assertions are off (-DNDEBUG), and the motion that follows
-// may look well. An index is an argument like any other, so no type can refuse it; but one call of T and V with vectors that look at each
-// index can, and costs a run nothing that it would notice. What they hand on as a plain vector, to velocity_of() or to a function
-// of Vector<S, n>, is looked at by Eigen only.
+// may look well. An index is an argument like any other, so no type can refuse it. But one call of T and V with vectors that check each
+// index can, and its cost is negligible in a run. What they hand on as a plain vector, to velocity_of() or to a function of Vector<S, n>,
+// is looked at by Eigen only.
 
 #include <utility>
 

@@ -138,8 +138,8 @@ Vector<S, n> lagrange_rhs(const E& e, const Vector<S, n>& q, const Vector<S, n>&
   return r;
 }
 
-// The same of numbers where they are asked once in a while, by duals that carry a derivative more than is wanted: the ones of Jacobians, so that T and V
-// are compiled for one kind of dual and not for two.
+// These terms of numbers for rare evaluations, by the duals of Jacobians, which carry one derivative more than is needed. So T and V are compiled for
+// one kind of dual and not for two.
 using Spare = Dual<double, 1>;
 
 template <int rows, int columns>

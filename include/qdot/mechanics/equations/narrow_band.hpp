@@ -7,9 +7,9 @@
 //
 //     p_j = A_ij − Σ p_k l_jk ,    l_ij = p_j/d_j ,    d_i = A_ii − Σ p_j l_ij          (k < j < i) .
 //
-// With a width that the compiler knows these are some thirty operations without loops, and what is left of the time is waiting for divisions. So
-// rows are taken two at a time: with s = A_ii without the last product, d_i = s − p²/d_{i−1} has the inverse d_{i−1}/(s d_{i−1} − p²), which waits for
-// no other division than the row before does (as in small_solve.hpp).
+// With a width that the compiler knows these are some thirty operations without loops, and what is left of the time is waiting for divisions. So rows
+// are taken two at a time. With s = A_ii without the last product, d_i = s − p²/d_{i−1} has the inverse d_{i−1}/(s d_{i−1} − p²). It waits for no
+// other division than the row before does (as in small_solve.hpp).
 //
 // Places outside of the matrix are zeros before its first row and behind its last one.
 
@@ -36,8 +36,8 @@ class NarrowBand {
   std::size_t place(std::size_t i, std::size_t j) const { return i * (width_ + 1) + (i - j); }
   Number& operator[](std::size_t place) { return matrix_[place]; }
 
-  /// Factors the matrix. `is_zero(i, pivot, whole)` says of a pivot that is not above `threshold` of its diagonal entry whether it is a zero in D; where it
-  /// is not, or a number is not finite, the answer is false.
+  /// Factors the matrix. `is_zero(i, pivot, whole)` decides whether a pivot that is not above `threshold` of its diagonal entry is a zero in D. The result
+  /// is false where it is not, or a number is not finite.
   template <class IsZero>
   bool compute(Number threshold, const IsZero& is_zero) {
     return with_width([&](auto width) { return factored<width>(threshold, is_zero); });

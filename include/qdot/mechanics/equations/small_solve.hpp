@@ -13,8 +13,8 @@
 //
 //     x₁ = (c b₁ − b b₂)/(a c − b²) ,    x₂ = (a b₂ − b b₁)/(a c − b²) .
 //
-// A pivot is judged as a fraction of its diagonal entry, by comparing products. A determinant too small for its digits, below 1e-290, passes for
-// zero, and one beyond all numbers is above nothing: then, as after any pivot that is too small, somebody else looks again and takes them one by one.
+// A pivot is judged as a fraction of its diagonal entry, by comparing products. A determinant below 1e-290 has lost digits and counts as zero; an
+// overflowed determinant fails the comparison too. After these, as after any pivot that is too small, the caller retries with one pivot at a time.
 
 #include <cstddef>
 

@@ -4,18 +4,17 @@
 // Solving with the mass matrix, and saying which direction has no inertia when that fails.
 //
 // A kinetic energy is positive for every motion, so M is symmetric positive definite and Cholesky's
-// M = L Lᵀ solves M x = b without pivoting. Each pivot is what is left of the inertia M_kk after the
-// coordinates before k have been let free; when nothing is left (relative to M_kk itself, so that
-// grams beside tonnes do no harm) the motion has a direction that costs no kinetic energy. That
-// direction falls out of the factorization. With M = L D Lᵀ and a bad pivot d_k, solve
+// M = L Lᵀ solves M x = b without pivoting. Each pivot is what is left of the inertia M_kk after the coordinates before k have
+// been let free. It is judged relative to M_kk itself, so that grams beside tonnes do no harm. When nothing is left, the motion
+// has a direction that costs no kinetic energy. That direction falls out of the factorization. With M = L D Lᵀ and a bad pivot
+// d_k, solve
 //
 //     Lᵀ x = e_k      then      xᵀ M x = d_k ,
 //
 // so x, in the user's coordinates, is the offending motion and d_k twice its kinetic energy.
 //
 // A Lagrangian that is no kinetic energy minus a potential may have a regular M that is not positive
-// definite ([[0, 1], [1, 0]]). Such a system says so, with_indefinite_mass_matrix(), and is solved with
-// full pivoting.
+// definite ([[0, 1], [1, 0]]). Such a system is declared by with_indefinite_mass_matrix() and solved with full pivoting.
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>

@@ -3,15 +3,15 @@
 //
 // L D Lᵀ of a symmetric matrix with few entries, whose pattern is known once and for all.
 //
-// Bodies in a row meet their neighbours, and rows of L kept from their first entry on (a skyline; where all rows are short, a band of known width:
-// narrow_band.hpp) have hardly more entries than the matrix: elimination is a few multiplications and a division for each row. Where that
-// would be wide, as in a net, the unknowns are put in an order that keeps L sparse (sparse_factors.ipp), and rows of L are found one
-// after the other along the elimination tree: row k is other than zero where the tree leads to from the entries of row k of the matrix (T.
-// A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, chapter 4). All of L is stored by columns.
+// Bodies in a row meet their neighbours, and rows of L kept from their first entry on have hardly more entries than the matrix. This is a skyline;
+// where all rows are short, it is a band of known width: narrow_band.hpp. Elimination is a few multiplications and a division for each row. Where
+// that would be wide, as in a net, the unknowns are put in an order that keeps L sparse (sparse_factors.ipp). Rows of L are then found one after
+// the other along the elimination tree. Row k has entries where the tree leads to from the entries of row k of the matrix. Reference: T. A.
+// Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, chapter 4. All of L is stored by columns.
 //
 // The pattern is analysed when an object is made. A pivot is judged as a fraction of its diagonal entry.
 //
-// A matrix like J M⁻¹ Jᵀ whose rows depend on each other is not definite, and still has such factors: where nothing of a row is left but
+// A matrix like J M⁻¹ Jᵀ whose rows depend on each other is not definite, and still has such factors. Where nothing of a row is left but
 // rounding, D has a zero, and the row is no equation of its own. L D Lᵀ x = b then has solutions where y of L y = b is zero there, too;
 // the others differ by L⁻ᵀ e of the zeros.
 
@@ -269,7 +269,7 @@ class PatternFactors {
     return miss;
   }
 
-  // From left to right: when a pivot is known, its column is taken from all rows below at once, so that a row waits for one division and not for sums.
+  // From left to right: when a pivot is known, its column is taken from all rows below at once. So a row waits for one division and not for sums.
   template <class Value>
   bool compute_skyline(const Value& value, Number threshold, Number rounding) {
     Number* const skyline = skyline_.data();

@@ -3,8 +3,8 @@
 //
 // What bodies contribute when their positions are known as functions of q.
 //
-// A functor of the kinematic door places bodies, bodies.point_mass(m, r) and so on. What becomes of that depends on the object that it is given, and the
-// functor does not need to know:
+// The functor of a kinematic system places bodies, bodies.point_mass(m, r) and so on. What becomes of that depends on the object that it is given, and
+// the functor does not need to know:
 //
 //     KineticSum     r and R on numbers that move (velocity.hpp):   T += ½ m ṙ·ṙ + ½ Ω·I Ω ,  Ω along the body's axes;
 //                    of a body about A                              T += ½ m v_A·v_A + m Rᵀv_A·(Ω × AG) + ½ Ω·I_A Ω , where R must be a rotation

@@ -9,9 +9,9 @@
 //
 //     p = ∂L/∂q̇ ,   M = ∂p/∂q̇ ,   r = ∂L/∂q − (∂p/∂q) q̇ − ∂p/∂t       (mechanics/derive/derivatives_of_graph.hpp).
 //
-// q̈ is given for what can be solved as one would by hand: a coordinate that is coupled to no other, one whose diagonal entry is a single term and is
-// eliminated, and two that are left by Cramer's rule. An eliminated q̈ is given by those that are solved for. With constraints φ = 0 the rows have
-// the reactions Jᵀλ on their right, and q̈ is not given.
+// q̈ is given where it can be solved by hand: a coordinate that is coupled to no other, or one whose diagonal entry is a single term and is
+// eliminated. Two that are left are solved by Cramer's rule. An eliminated q̈ is given by those that are solved for. With constraints φ = 0 the rows
+// have the reactions Jᵀλ on their right, and q̈ is not given.
 
 #include <algorithm>
 #include <cstddef>
@@ -39,7 +39,7 @@ struct EquationsOfMotion {
   std::vector<std::vector<Expression>> M = {};  // lower triangle
   std::vector<Expression> r = {};
   std::vector<Equation> rows = {};         // of M q̈ = r + Jᵀλ, divided by the parameters that all terms of a row have in common
-  std::vector<Equation> qddot = {};        // empty where there is no closed form, or one that nobody would read
+  std::vector<Equation> qddot = {};        // empty where there is no closed form, or one too long to read
   std::vector<Equation> constraints = {};  // φ = 0
 };
 

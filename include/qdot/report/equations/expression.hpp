@@ -3,8 +3,8 @@
 //
 // Formulas as people write them, and three ways to write them down.
 //
-// An expression is a tree whose nodes are what a typesetter knows: a name, a sum, a product over another with a rational number in front, a
-// power, a function of something. It is not simplified here; who makes it has done that (report/equations/layout.hpp).
+// An expression is a tree whose nodes a typesetter knows: a name, a sum, a power, a function of something. Another node is a product over
+// another with a rational number in front. It is not simplified here; the code that makes it has done that (report/equations/layout.hpp).
 //
 //     plain      ½ m₁ l₁² θ̇₁²  −  m g cos θ
 //     LaTeX      \frac{1}{2} m_1 l_1^2 \dot{\theta}_1^2 − m g \cos \theta

@@ -5,9 +5,9 @@
 //
 //     c(p) = Σ k p₁ᵃ p₂ᵇ …        k: numbers,   a, b: whole or half,    or sin p, cos p in place of a power,
 //
-// or one over such a sum, or its root. Of a number that can only be asked for, parameters given, one finds by trying one parameter at a time,
-// with all others held, which powers it is a sum of. Then k is the solution of a small linear system for each parameter. What was found is tried
-// at values that nothing was found from. Numbers k that are quotients of small whole numbers, or have few digits, are made exact.
+// or one over such a sum, or its root. A number can only be evaluated for given parameters. By trying one parameter at a time, with all others
+// held, one finds of which powers it is a sum. Then k is the solution of a small linear system for each parameter. What was found is tried at
+// values that nothing was found from. Numbers k that are quotients of small whole numbers, or have few digits, are made exact.
 
 #include <Eigen/LU>
 #include <algorithm>

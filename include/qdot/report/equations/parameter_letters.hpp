@@ -4,12 +4,12 @@
 // From numbers back to letters.
 //
 // Parameters of a system are plain doubles, so a recording of T (ad/formula/recording.hpp) holds ½ m l² as the number that it happened to be.
-// But T can be recorded again with other masses and lengths, as often as one likes, and a number that is a formula of the parameters is found from
-// its values (report/equations/parameter_formula.hpp). These are of size one, and differ from each other: m = l = 1 tells nothing about
-// which is which. At last T and V themselves are compared with the formulas for the parameters as they are.
+// But T can be recorded again with other masses and lengths, as often as one likes. A number that is a formula of the parameters is found from its
+// values (report/equations/parameter_formula.hpp). These are of size one, and differ from each other: m = l = 1 tells nothing about which is
+// which. At last T and V themselves are compared with the formulas for the parameters as they are.
 //
 // A parameter that enters otherwise, as eᵖ for instance, or as an exponent, stays the number that it is. When the operations themselves depend on
-// the parameters, there is no one formula, and an error says so.
+// the parameters, there is no one formula, and an error is thrown.
 
 #include <algorithm>
 #include <cmath>
@@ -97,7 +97,7 @@ class ParameterLetters {
 
   double value(std::size_t j, int k) const {
     if (!named_[j]) return values_[j];
-    // Of size one, in the order that the values have: of 1 + 10⁻¹³ nobody could tell the second letter.
+    // Of size one, in the order that the values have: in 1 + 10⁻¹³ the second letter could not be recognized.
     const double size = values_[j] == 0.0 ? 0.8 : std::copysign(std::pow(std::abs(values_[j]), 0.1), values_[j]);
     const double middle = size * (0.85 + 0.3 * scattered(1, static_cast<int>(j)));
     return middle * (k >= 0 ? 0.65 + 0.13 * k + 0.01 * (k % 3) : k == -1 ? 1.0 : 0.8 + 0.5 * scattered(k, static_cast<int>(j)));
