@@ -26,7 +26,7 @@ int main() {
   const double e = 0.8;
   const auto falling = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [=](const auto& q) { return g * q[0]; });
   const auto ball = scene(falling, contact("floor", [](const auto& q) { return q[0]; }, restitution(e)));
-  auto meter = energy_meter(ball);
+  auto meter = energy_balance(ball);
   const auto bounces = simulate(ball, State<1>{0.0, V1(1.0), V1(0.0)}, 5.0, Dop853{}, tight, meter);
   double worst = 0.0, t = std::sqrt(2.0 / g), flight = 2.0 * t;
   for (int k = 0; k < 40; ++k, t += flight *= e) worst = std::max(worst, std::abs(bounces.events[static_cast<std::size_t>(k)].t - t));

@@ -2,7 +2,7 @@
 //
 // Chaos, seen by 200 double pendulums at once: released within a millionth of a radian of each other, they part. One column of the
 // matrices is one pendulum, and all of them take each step of the classical Runge–Kutta method together.
-#include <qdot/mechanics/ensemble.hpp>
+#include <qdot/mechanics/accelerations.hpp>
 #include <qdot/qdot.hpp>
 
 #include <cmath>

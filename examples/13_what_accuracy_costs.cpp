@@ -7,7 +7,7 @@
 // computed with more digits (long double) and by a method of its own (extrapolation), and the tolerance is read off backwards.
 //
 // The system is the double pendulum, swung so that it has not become chaotic yet within four seconds.
-#include <qdot/analysis/accuracy.hpp>
+#include <qdot/analysis/work_precision.hpp>
 #include <qdot/integrate/taylor.hpp>
 #include <qdot/qdot.hpp>
 
@@ -29,8 +29,8 @@ int main() {
   const State<2> start{0.0, {1.2, 0.8}, {0.0, 0.0}};
 
   // Errors are the largest at 16 times; the times of the runs are measured too, and as short as possible here.
-  const StudyOptions options{.tolerances = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11}, .outputs = 16, .seconds_per_cell = 0.001, .longest_run = 0.5};
-  const AccuracyStudy study = accuracy_study(pendulum, start, 4.0, options, by_tolerance("dopri5", Dopri5{}),
+  const WorkPrecisionOptions options{.tolerances = {1e-3, 1e-5, 1e-7, 1e-9, 1e-11}, .outputs = 16, .seconds_per_cell = 0.001, .longest_run = 0.5};
+  const WorkPrecision study = work_precision(pendulum, start, 4.0, options, by_tolerance("dopri5", Dopri5{}),
                                              by_tolerance("dop853", Dop853{}), by_tolerance("taylor", Taylor{}));
 
   std::printf("reference: %s\n", study.reference.made_by.c_str());

@@ -70,7 +70,7 @@ int main() {
 
   const auto ball = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& x) { return 9.81 * x[0]; });
   show("10. a ball that bounces infinitely often", [&] {
-    const auto bounce = event("floor", [](const auto& x) { return x[0]; }).falling().then([](State<1>& s) { s.qdot *= -0.5; });
+    const auto bounce = event("floor", [](const auto& x) { return x[0]; }).falling().action([](State<1>& s) { s.qdot *= -0.5; });
     return simulate(ball, State<1>{0.0, V1(1.0), V1(0.0)}, 5.0, Dop853{}, {}, events(bounce));
   });
 }

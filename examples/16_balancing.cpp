@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include <qdot/analysis/linearization.hpp>
-#include <qdot/analysis/regulator.hpp>
+#include <qdot/analysis/lqr.hpp>
 #include <qdot/effects/constraints.hpp>
 #include <qdot/effects/dissipation.hpp>
 #include <qdot/integrate/runge_kutta.hpp>
@@ -48,7 +48,7 @@ int main() {
   std::printf("x = (");
   for (const auto& name : linear.states) std::printf(" %s", name.c_str());
   std::printf(" )\n");
-  const Regulator held = regulator(linear, MatrixXd::Identity(4, 4), MatrixXd::Identity(1, 1));
+  const Lqr held = lqr(linear, MatrixXd::Identity(4, 4), MatrixXd::Identity(1, 1));
   std::printf("K = (");
   for (Eigen::Index i = 0; i < 4; ++i) std::printf(" %.4f", held.K(0, i));
   std::printf(" ), slowest pole %.4f\n", held.exponents.real().maxCoeff());

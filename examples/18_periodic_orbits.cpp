@@ -44,7 +44,7 @@ int main() {
   for (const OrbitIteration& step : swing.history) std::printf("    T = %.9f   off by %.7f\n", step.period, step.residual);
 
   std::printf("its family up to 2.5 rad\n");
-  const auto swings = family_of_orbits(pendulum, swing.start(), swing.period, in_energy(-std::cos(2.5)), ten_digits);
+  const auto swings = continue_orbits(pendulum, swing.start(), swing.period, in_energy(-std::cos(2.5)), ten_digits);
   for (const FamilyOrbit& orbit : swings.orbits)
     std::printf("  %-8s h = %8.5f   T = %9.5f\n", std::string(name(orbit.kind)).c_str(), orbit.energy, orbit.period);
 
@@ -65,7 +65,7 @@ int main() {
 
   std::printf("x'' + (a - 2 cos 2t) x = 0, where it changes between stable and unstable\n");
   const auto mathieu = [](const Vector<double, 1>& p) { return problem(mechanical_system<1>(Swinger{.a = p[0], .s = 1.0}), State<1>{0.0, {0.0}, {0.0}}); };
-  for (const FamilyOrbit& orbit : family_of_orbits(mathieu, -0.3, pi, in_parameter(4.2), driven(), ten_digits).orbits)
+  for (const FamilyOrbit& orbit : continue_orbits(mathieu, -0.3, pi, in_parameter(4.2), driven(), ten_digits).orbits)
     if (orbit.kind == OrbitKind::period_doubling || orbit.kind == OrbitKind::branch)
       std::printf("  a = %9.6f   %s\n", orbit.value, std::string(name(orbit.kind)).c_str());
 
@@ -79,7 +79,7 @@ int main() {
     });
     return problem(scene(mechanical_system<1>(Swinger{.a = 1.0}), feed), State<1>{0.0, {1.3}, {0.0}});
   };
-  for (const FamilyOrbit& orbit : family_of_orbits(fed, -0.8, 6.3, in_parameter(-1.8), hold_nothing(), ten_digits).orbits)
+  for (const FamilyOrbit& orbit : continue_orbits(fed, -0.8, 6.3, in_parameter(-1.8), hold_nothing(), ten_digits).orbits)
     if (orbit.kind != OrbitKind::regular) {
       std::printf("  %-5s p = %9.6f, r = %.4f:", std::string(name(orbit.kind)).c_str(), orbit.value, orbit.x.norm());
       print(orbit);

@@ -11,7 +11,7 @@
 #include <qdot/integrate/many_in_lanes.hpp>
 #include <qdot/integrate/runge_kutta.hpp>
 #include <qdot/integrate/simulate.hpp>
-#include <qdot/integrate/simulate_many.hpp>
+#include <qdot/integrate/ensemble.hpp>
 
 using namespace qdot;
 
@@ -41,7 +41,7 @@ int main() {
   const auto corner = [](std::size_t i) {
     return State<2>{0.0, {3.0 - 6.0 * static_cast<double>(i / wide) / (high - 1), -3.0 + 6.0 * static_cast<double>(i % wide) / (wide - 1)}, {0.0, 0.0}};
   };
-  const auto map = simulate_many(pendulum, wide * high, corner, 4.0, Dop853{}, options, over);
+  const auto map = ensemble(pendulum, wide * high, corner, 4.0, Dop853{}, options, over);
   for (std::size_t row = 0; row < high; ++row) {
     std::string line;
     for (std::size_t column = 0; column < wide; ++column) {
@@ -63,7 +63,7 @@ int main() {
     const auto run = simulate(pendulum, State<2>{0.0, {first, second}, {0.0, 0.0}}, 4.0, Dop853{}, options, over);
     return run.outcome == Outcome::stopped_by_event ? run.t : HUGE_VAL;
   };
-  const Sums sums = simulate_many(200, uncertain, Sums{}, [](Sums& sum, std::size_t, Kept<double>&& kept) {
+  const Sums sums = ensemble(200, uncertain, Sums{}, [](Sums& sum, std::size_t, Kept<double>&& kept) {
     if (!std::isfinite(*kept.value)) return;
     ++sum.over;
     sum.t += *kept.value;

@@ -31,7 +31,7 @@ int main() {
   const State<1> start{0.0, {0.0}, {0.0}};
 
   const auto arrives = event("is near", [](const auto& q) { return q[0] - 0.29; });        // recorded, in either direction
-  const auto knocked = event("knock", [](const auto& q) { return q[0] - 0.15; }).rising().then([](State<1>& s) { s.qdot[0] -= 0.2; });
+  const auto knocked = event("knock", [](const auto& q) { return q[0] - 0.15; }).rising().action([](State<1>& s) { s.qdot[0] -= 0.2; });
   const auto too_far = event("too far", [](const auto& q) { return q[0] - 0.5; }).stop();  // ends the run
   Options options{.rtol = 1e-10, .atol = {1e-12, 1e-12, 1e-10}};  // atol for q, q̇ and z
   options.stop_times = {1.0};                                     // the wanted place jumps: land there

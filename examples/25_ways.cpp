@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include <qdot/analysis/action.hpp>
-#include <qdot/analysis/motion_between.hpp>
+#include <qdot/analysis/boundary_value_problem.hpp>
 #include <qdot/qdot.hpp>
 
 using namespace qdot;
@@ -46,7 +46,7 @@ void print(const char* what, const auto& way) {
 int main() {
   const double pi = std::numbers::pi;
   const auto ball = mechanical_system<2>(Ball{});
-  const auto thrown = motion_between(ball, vector(0.0, 0.0), 0.0, vector(10.0, 2.0), 1.5);
+  const auto thrown = boundary_value_problem(ball, vector(0.0, 0.0), 0.0, vector(10.0, 2.0), 1.5);
   print("a throw by 10 m and 2 m up in 1.5 s", thrown);
   std::printf("  it leaves with (%.4f, %.4f) m/s\n", thrown.start.qdot[0], thrown.start.qdot[1]);
   for (const double bend : {0.0, 0.5, 1.0, 1.5}) {
@@ -55,19 +55,19 @@ int main() {
   }
 
   const auto pendulum = mechanical_system<1>(Pendulum{});
-  const auto from_rest = motion_between(pendulum, vector(0.0), 0.0, vector(0.0), 4.0);
+  const auto from_rest = boundary_value_problem(pendulum, vector(0.0), 0.0, vector(0.0), 4.0);
   print("a pendulum from 0 to 0 in 4 s, from the straight line", from_rest);
   for (const double side : {1.0, -1.0}) {
     const auto swing = [&](const auto& t) {
       using std::sin;
       return vector(side * 2.0 * sin(0.25 * pi * t));
     };
-    const auto way = motion_between(pendulum, vector(0.0), 0.0, vector(0.0), 4.0, swing);
+    const auto way = boundary_value_problem(pendulum, vector(0.0), 0.0, vector(0.0), 4.0, swing);
     print("  from a swing", way);
     std::printf("    its angle after 2 s: %.6f\n", way.at(2.0).q[0]);
   }
-  const auto too_exact = motion_between(mechanical_system<2>(OnSphere{}), vector(0.5 * pi, 0.0), 0.0, vector(0.5 * pi, pi), 1.0);
+  const auto too_exact = boundary_value_problem(mechanical_system<2>(OnSphere{}), vector(0.5 * pi, 0.0), 0.0, vector(0.5 * pi, pi), 1.0);
   print("to the antipode", too_exact);
-  print("along the equator by 5 rad, the long way round", motion_between(mechanical_system<2>(OnSphere{}), vector(0.5 * pi, 0.0), 0.0,
-                                                                         vector(0.5 * pi, 5.0), 1.0));
+  print("along the equator by 5 rad, the long way round", boundary_value_problem(mechanical_system<2>(OnSphere{}), vector(0.5 * pi, 0.0), 0.0,
+                                                                                 vector(0.5 * pi, 5.0), 1.0));
 }

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include <qdot/analysis/optimal_motion.hpp>
+#include <qdot/analysis/trajectory_optimization.hpp>
 #include <qdot/qdot.hpp>
 
 using namespace qdot;
@@ -37,7 +37,7 @@ int main() {
   OptimalTask<2> task{.start = {0.0, {0.0, 0.0}, {0.0, 0.0}}, .end = {2.0, {1.0, pi}, {0.0, 0.0}},
                       .bounds = {{"motor", -20.0, 20.0}, {"x", -2.0, 2.0}}};
   const auto effort = least_integral([](const auto&, const auto&, const auto& u) { return u[0] * u[0]; });
-  const auto swing = optimal_motion(cart, task, effort, OptimalOptions{.tolerance = 1e-9});
+  const auto swing = trajectory_optimization(cart, task, effort, OptimalOptions{.tolerance = 1e-9});
   std::printf("swing-up: %s, %.5f N^2 s, off by less than 1e-6 at the end: %s\n", name(swing.outcome), swing.cost,
               swing.miss.cwiseAbs().maxCoeff() < 1e-6 ? "yes" : "no");
   for (double t = 0.0; t < 2.1; t += 0.5) {
@@ -48,14 +48,14 @@ int main() {
   // A force that does no work guides the bead: it turns the velocity, as a wire does.
   const auto wire = input<1>("wire", [](const auto&, const auto& v, const auto& u) { return vector(-u[0] * v[1], u[0] * v[0]); });
   const auto bead = scene(mechanical_system<2>(Bead{}).with_names({"x", "y"}), wire);
-  const auto fastest = optimal_motion(bead,
-                                      {.start = {0.0, {0.0, 10.0}, {0.0, 0.0}}, .end = {2.0, {10.0, 5.0}, {5.0, 0.0}},
+  const auto fastest = trajectory_optimization(bead,
+                                               {.start = {0.0, {0.0, 10.0}, {0.0, 0.0}}, .end = {2.0, {10.0, 5.0}, {5.0, 0.0}},
                                        .free_at_end = {"xdot", "ydot"}, .times = {{0.5, 5.0}}},
-                                      least_time(), OptimalOptions{.intervals = 10, .stages = 5});
+                                      minimum_time(), OptimalOptions{.intervals = 10, .stages = 5});
   std::printf("brachistochrone: %s, T = %.7f s\n", name(fastest.outcome), fastest.t_end);
 
   task.end.t = 0.5;
   task.bounds = {{"motor", -3.0, 3.0}};
   task.free_at_end = {"theta", "xdot", "thetadot"};
-  std::printf("in half a second: %s\n", optimal_motion(cart, task, effort, OptimalOptions{.intervals = 8}).message.c_str());
+  std::printf("in half a second: %s\n", trajectory_optimization(cart, task, effort, OptimalOptions{.intervals = 8}).message.c_str());
 }

@@ -26,7 +26,7 @@ int main(int count, char** arguments) {
   const auto air = generalized_force([=](const auto&, const auto& v) { return vector(0.1 * (wind - v[0]), -0.1 * v[1]); });
   const auto swing = scene(bob, rod, air);
   const State<2> start{0.0, {1.0, 0.0}, {0.0, 0.0}};
-  const auto wall = event("wall", [](const auto& q) { return q[0] + 0.6; }).falling().then([](State<2>& s) { s.qdot *= -0.7; });
+  const auto wall = event("wall", [](const auto& q) { return q[0] + 0.6; }).falling().action([](State<2>& s) { s.qdot *= -0.7; });
   const auto run = simulate(swing, start, 6.0, Dop853{}, {}, events(wall, event("lowest", [](const auto& q) { return q[0]; })));
 
   const report::ReportOptions options{

@@ -12,7 +12,7 @@
 #include <qdot/integrate/event.hpp>
 #include <qdot/integrate/runge_kutta.hpp>
 #include <qdot/integrate/simulate.hpp>
-#include <qdot/integrate/simulate_many_mpi.hpp>
+#include <qdot/integrate/ensemble_mpi.hpp>
 
 using namespace qdot;
 
@@ -62,7 +62,7 @@ int main(int argc, char** argv) {
   int provided = 0, rank = 0;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
-  const Sums sums = simulate_many(MpiRanks{MPI_COMM_WORLD}, 200, turn_of, Sums{}, add);  // add() on rank 0, in the order of i
+  const Sums sums = ensemble(MpiRanks{MPI_COMM_WORLD}, 200, turn_of, Sums{}, add);  // add() on rank 0, in the order of i
   if (rank == 0) {
     const double mean = sums.t / sums.over;
     std::printf("from (2.6, 0.5) ± 0.01 rad: %d of 200 turn over within 4 s, at t = %.3f ± %.3f s\n", sums.over, mean,

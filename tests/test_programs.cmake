@@ -75,11 +75,11 @@ include(CheckCXXSourceCompiles)
 set(CMAKE_REQUIRED_LIBRARIES quadmath)
 check_cxx_source_compiles("extern \"C\" __float128 sinq(__float128); int main() { return static_cast<int>(sinq(0)); }" QDOT_HAS_QUADMATH)
 unset(CMAKE_REQUIRED_LIBRARIES)
-# Without SUNDIALS, what names qdot/integrate/cvode… is left out, and so are the folders whose own headers do; without Ipopt what names qdot/analysis/optimal…, without MPI the folder mpi.
+# Without SUNDIALS, what names qdot/integrate/cvode… is left out, and so are the folders whose own headers do; without Ipopt what names qdot/analysis/optimal… or trajectory_optimization.hpp, without MPI the folder mpi.
 set(left_out)
 foreach(source IN LISTS sources)
   file(STRINGS ${source} names_cvode REGEX "#include [<\"]qdot/integrate/cvode")
-  file(STRINGS ${source} names_optimal REGEX "#include [<\"]qdot/analysis/optimal")
+  file(STRINGS ${source} names_optimal REGEX "#include [<\"]qdot/analysis/(optimal|trajectory_optimization)")
   if(NOT TARGET qdot::optimal AND names_optimal
       OR NOT TARGET qdot::cvode AND (names_cvode OR source MATCHES "^systems_motion/|\\.cvode\\.test\\.cpp$")
       OR NOT (TARGET qdot::mpi AND MPIEXEC_EXECUTABLE) AND source MATCHES "^mpi/" OR NOT program_to_test AND source MATCHES "^program/" OR NOT QDOT_HAS_QUADMATH AND source MATCHES "^fuzz/(dual_math|hunt)")

@@ -420,7 +420,7 @@ def pages():
 
 # Members that play a role which a header describes for all who play it; they need no docstring of their own.
 EFFECT_ROLES = {"potential_term", "lagrangian_term", "force", "state_rate", "initial_state", "phi", "velocity_constraint", "is_active", "takes_time", "require_fit"}
-STEPPER_ROLES = {"reset", "step", "failure", "t", "t_previous", "moment", "y", "order", "statistics", "polynomial", "interpolate", "correct", "has_fixed_step",
+STEPPER_ROLES = {"reset", "step", "failure", "t", "t_previous", "time_point", "moment", "y", "order", "statistics", "polynomial", "interpolate", "correct", "has_fixed_step",
                  "projects_itself"}
 # Arithmetic and comparison of numbers of another kind mean what they mean for numbers.
 ARITHMETIC = re.compile(r"operator(?:[-+*/]=?|[=!<>]=|[<>]|&&|\|\||!)")

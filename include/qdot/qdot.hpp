@@ -37,7 +37,8 @@
 // #include "qdot/mechanics/kinematic_system.hpp"        // T from the positions of masses and bodies
 // #include "qdot/mechanics/written_out_kinematics.hpp"  // deprecated: the same by another name
 // #include "qdot/mechanics/parameter_jacobian.hpp"      // ∂q̈/∂p
-// #include "qdot/mechanics/ensemble.hpp"                // q̈ of many states at once
+// #include "qdot/mechanics/accelerations.hpp"           // q̈ of many states at once
+// #include "qdot/mechanics/ensemble.hpp"                // deprecated: accelerations.hpp
 
 #include "qdot/effects/effect.hpp"             // what an effect is, and how to write one
 #include "qdot/effects/scene.hpp"              // a system and the effects that it names
@@ -65,7 +66,7 @@
 #include "qdot/integrate/statistics.hpp"   // what it cost
 #include "qdot/integrate/event.hpp"        // zero crossings: recorded, stopped at, or changing the state
 #include "qdot/integrate/stepper.hpp"      // what a method is
-#include "qdot/integrate/moment.hpp"       // times with all their digits
+#include "qdot/integrate/time_point.hpp"   // times with all their digits
 #include "qdot/integrate/runge_kutta.hpp"  // explicit Runge–Kutta of order 8 and 5
 #include "qdot/integrate/symplectic.hpp"   // splitting methods of orders 2 to 8
 // #include "qdot/integrate/taylor.hpp"               // power series, for small smooth systems
@@ -74,8 +75,8 @@
 // #include "qdot/integrate/projecting_stepper.hpp"   // any method, put back onto constraints
 // #include "qdot/integrate/rotation_chart.hpp"       // attitudes without gimbal lock
 // #include "qdot/integrate/energy_balance.hpp"       // an account of the energy
-// #include "qdot/integrate/accurate_simulation.hpp"  // the whole motion to an accuracy
-// #include "qdot/integrate/simulate_many.hpp"        // many motions in threads, by their numbers
+// #include "qdot/integrate/simulate_to_accuracy.hpp"  // the whole motion to an accuracy
+// #include "qdot/integrate/ensemble.hpp"             // many motions in threads, by their numbers
 // #include "qdot/integrate/many_in_lanes.hpp"        // the same side by side in the lanes of a processor
 // #include "qdot/integrate/counter_random.hpp"       // random numbers that belong to a number
 // #include "qdot/integrate/simulator.hpp"            // a motion that another program advances
@@ -83,12 +84,16 @@
 // #include "qdot/integrate/any_stepper.hpp"          // a method that is chosen at run time
 // #include "qdot/integrate/any_system.hpp"           // a system that is chosen at run time
 // #include "qdot/integrate/automatic.hpp"            // the method is chosen for you
+// #include "qdot/integrate/moment.hpp"               // deprecated: time_point.hpp
+// #include "qdot/integrate/accurate_simulation.hpp"  // deprecated: simulate_to_accuracy.hpp
+// #include "qdot/integrate/simulate_many.hpp"        // deprecated: ensemble.hpp
 // With SUNDIALS, linked by qdot::cvode:
 // #include "qdot/integrate/cvode.hpp"            // Adams and BDF methods
 // #include "qdot/integrate/cvode_stepper.hpp"    // one of their steps at a time
 // #include "qdot/integrate/cvode_automatic.hpp"  // the method is chosen for you, CVODE among them
 // With MPI, linked by qdot::mpi:
-// #include "qdot/integrate/simulate_many_mpi.hpp"  // many motions by processes, on as many machines as there are
+// #include "qdot/integrate/ensemble_mpi.hpp"       // many motions by processes, on as many machines as there are
+// #include "qdot/integrate/simulate_many_mpi.hpp"  // deprecated: ensemble_mpi.hpp
 
 #include "qdot/analysis/equilibrium.hpp"  // where ∂V/∂q = 0
 #include "qdot/analysis/modes.hpp"        // small vibrations about it
@@ -96,7 +101,7 @@
 // #include "qdot/analysis/equilibrium_branch.hpp"  // the same along a parameter
 // #include "qdot/analysis/linearization.hpp"   // A, B, C, D about such a state
 // #include "qdot/analysis/damped_modes.hpp"    // frequencies, damping, stability, frequency response
-// #include "qdot/analysis/regulator.hpp"       // feedback by linear-quadratic regulation
+// #include "qdot/analysis/lqr.hpp"             // feedback by linear-quadratic regulation
 // #include "qdot/analysis/sampled.hpp"         // both at the ticks of a digital controller
 // #include "qdot/analysis/conserved.hpp"      // which momenta and energies a motion keeps
 // #include "qdot/analysis/noether.hpp"        // and what a symmetry keeps
@@ -108,7 +113,7 @@
 // #include "qdot/analysis/second_sensitivity.hpp"  // and ∂²y/∂x∂x
 // #include "qdot/analysis/adjoint.hpp"         // one number's gradient in many parameters, backwards
 // #include "qdot/analysis/parameter_fit.hpp"   // parameters from measurements of motions
-// #include "qdot/analysis/alignment.hpp"       // whether it is chaotic, found out soon
+// #include "qdot/analysis/generalized_alignment_index.hpp"  // whether it is chaotic, found out soon
 // #include "qdot/analysis/lyapunov.hpp"        // how fast motions part: exponents, singular values of Φ
 // #include "qdot/analysis/periodic_orbit.hpp"  // motions that repeat, by Newton's method
 // #include "qdot/analysis/orbit_family.hpp"    // families of them, with folds, period doublings and branch points
@@ -116,13 +121,19 @@
 // #include "qdot/analysis/section.hpp"         // where a motion passes a surface (Poincaré)
 // #include "qdot/analysis/return_map.hpp"      // from there to where it passes again, with its derivative
 // #include "qdot/analysis/action.hpp"          // ∫ L dt along any path
-// #include "qdot/analysis/motion_between.hpp"  // the motion between two places in a given time, and its conjugate points
-// #include "qdot/analysis/accuracy.hpp"        // what accuracy costs
-// #include "qdot/analysis/accuracy_study.hpp"  // the same for many methods
+// #include "qdot/analysis/boundary_value_problem.hpp"  // the motion between two places in a given time, and its conjugate points
+// #include "qdot/analysis/work_precision.hpp"        // what accuracy costs
+// #include "qdot/analysis/work_precision_study.hpp"  // the same for many methods
 // #include "qdot/analysis/reference.hpp"       // a motion in higher precision
 // #include "qdot/analysis/reference_equations.hpp"  // its equations
+// #include "qdot/analysis/accuracy.hpp"        // deprecated: work_precision.hpp
+// #include "qdot/analysis/accuracy_study.hpp"  // deprecated: work_precision_study.hpp
+// #include "qdot/analysis/alignment.hpp"       // deprecated: generalized_alignment_index.hpp
+// #include "qdot/analysis/motion_between.hpp"  // deprecated: boundary_value_problem.hpp
+// #include "qdot/analysis/regulator.hpp"       // deprecated: lqr.hpp
 // With Ipopt, linked by qdot::optimal:
-// #include "qdot/analysis/optimal_motion.hpp"  // the cheapest way from one state to another with inputs
+// #include "qdot/analysis/trajectory_optimization.hpp"  // the cheapest way from one state to another with inputs
+// #include "qdot/analysis/optimal_motion.hpp"           // deprecated: trajectory_optimization.hpp
 
 // Text from numbers: plots, pages, files. Nothing of it is included here.
 // #include "qdot/report/table.hpp"        // columns of numbers with names and units

@@ -11,7 +11,7 @@
 
 #include "bench/bench.hpp"
 #include "bench/chain_energies.hpp"
-#include "qdot/mechanics/ensemble.hpp"
+#include "qdot/mechanics/accelerations.hpp"
 #include "scenes/double_pendulum.hpp"
 #include "scenes/heavy_top.hpp"
 #include "scenes/kepler.hpp"

@@ -35,10 +35,10 @@ void add_rows(std::vector<Row>& rows, const std::string& name, const ModelOf& mo
       for (std::size_t i = 0; i < motions; ++i) ends[i] = simulate(model_of(i), start_of(i), duration, Dop853{}, options).y[0];
     });
     shorten(lanes, [&] {
-      const auto many = simulate_many(all, motions, start_of, duration, Dop853{}, options, {.threads = 1});
+      const auto many = ensemble(all, motions, start_of, duration, Dop853{}, options, {.threads = 1});
       for (std::size_t i = 0; i < motions; ++i) apart = std::max(apart, many[i].value ? std::abs(many[i].value->state.q[0] - ends[i]) : 1.0);
     });
-    shorten(threads, [&] { simulate_many(all, motions, start_of, duration, Dop853{}, options); });
+    shorten(threads, [&] { ensemble(all, motions, start_of, duration, Dop853{}, options); });
   }
   const std::string differ = apart < 1e-6 ? "" : ", AND THE ENDS DIFFER";
   rows.push_back({name + ", in lanes" + differ, lanes, alone, "one by one", "us"});

@@ -65,7 +65,7 @@ inline constexpr auto outer_bob = [](const auto& q) {
   return vector(sin(q[0]) + sin(q[1]), -cos(q[0]) - cos(q[1]));
 };
 
-// visit(name, model_of, all, start_of) for scenes and systems with t: model_of(i) is that of motion i, `all` what simulate_many() takes.
+// visit(name, model_of, all, start_of) for scenes and systems with t: model_of(i) is that of motion i, `all` what ensemble() takes.
 template <class Visit>
 void for_each_scene_of_many(const Visit& visit) {
   const auto swinging = [&]<int n>(const char* name, const auto& model, std::integral_constant<int, n>) {

@@ -121,11 +121,11 @@ Findings measured() {
           [&] { return sensitivities(damped, start, t_end, Dop853{}, options).completed(); });
   const auto mean = integral([](const auto& q) { return q[0] * q[0]; });
   add_row(found.rows, "double pendulum, the gradient of one integral in 4 parameters, by the adjoint", plain,
-          [&] { return functional_gradient(energies_of, p, start, t_end, mean, Dop853{}, options).completed(); });
+          [&] { return adjoint_sensitivities(energies_of, p, start, t_end, mean, Dop853{}, options).completed(); });
   const auto add_waves = [&](const auto& heights, const std::string& name) {
     const auto landscape = mechanical_system<2>(waves_of(heights));
     add_row(found.rows, name, [&] { return simulate(landscape, start, t_end, Dop853{}, options).completed(); },
-            [&] { return functional_gradient(waves_of, heights, start, t_end, mean, Dop853{}, options).completed(); });
+            [&] { return adjoint_sensitivities(waves_of, heights, start, t_end, mean, Dop853{}, options).completed(); });
   };
   add_waves(Vector<double, 2>(Vector<double, 2>::Constant(0.4)), "waves, the same in 2 parameters");
   add_waves(Vector<double, 4>(Vector<double, 4>::Constant(0.4)), "waves, the same in 4 parameters");

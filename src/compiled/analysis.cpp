@@ -19,7 +19,7 @@
 #include <qdot/analysis/orbit_family.hpp>
 #include <qdot/analysis/paths/search.hpp>
 #include <qdot/analysis/periodic_orbit.hpp>
-#include <qdot/analysis/regulator.hpp>
+#include <qdot/analysis/lqr.hpp>
 #include <qdot/analysis/return_map.hpp>
 #include <qdot/analysis/symmetry/common_shifts.hpp>
 #include <qdot/analysis/variations/branch_guards.hpp>
@@ -45,7 +45,7 @@ template LyapunovSpectrum lyapunov_spectrum_of<Eigen::MatrixXd>(const FlowInPiec
 template Eigen::VectorXcd solved_exponents<Eigen::MatrixXd>(const Eigen::MatrixXd&, const Eigen::MatrixXd&, const Eigen::MatrixXd&);
 template NormalModes<Dynamic> solved_modes<Eigen::MatrixXd>(const Eigen::MatrixXd&, const Eigen::MatrixXd&);
 template OrbitsOfFamily family_from<void>(const Shooting&, Eigen::VectorXd, const FamilyIn&, Held, const FamilyOptions&);
-template BetweenEnd between_end<void>(BetweenSearch);
+template BoundaryValueEnd boundary_value_end<void>(BoundaryValueSearch);
 template Orbit orbit_near<void>(const Shooting&, Eigen::VectorXd, const Held&, const OrbitOptions&);
 template Eigen::VectorXd slope_of<void>(const std::function<double(const Eigen::VectorXd&)>&, const Eigen::VectorXd&, const Eigen::VectorXd&);
 template Eigen::MatrixXd common_shifts<Eigen::MatrixXd>(const formula::Graph&, const std::vector<std::vector<int>>&, std::size_t);
@@ -57,8 +57,8 @@ template Integrability frobenius_condition<Eigen::MatrixXd, Eigen::VectorXd>(con
 namespace qdot {
 template DampedModes damped_modes<Linearization>(const Linearization&);
 template Eigen::MatrixXcd frequency_response<Linearization>(const Linearization&, double);
-template Stretching stretching<Eigen::MatrixXd>(const Eigen::MatrixXd&);
-template Regulator regulator<Eigen::MatrixXd>(const Eigen::MatrixXd&, const Eigen::MatrixXd&, const Eigen::MatrixXd&, const Eigen::MatrixXd&);
-template Regulator regulator<Linearization, Eigen::MatrixXd>(const Linearization&, const Eigen::MatrixXd&, const Eigen::MatrixXd&);
+template FiniteTimeLyapunov finite_time_lyapunov<Eigen::MatrixXd>(const Eigen::MatrixXd&);
+template Lqr lqr<Eigen::MatrixXd>(const Eigen::MatrixXd&, const Eigen::MatrixXd&, const Eigen::MatrixXd&, const Eigen::MatrixXd&);
+template Lqr lqr<Linearization, Eigen::MatrixXd>(const Linearization&, const Eigen::MatrixXd&, const Eigen::MatrixXd&);
 template ConstraintRank rank_of_rows<Eigen::MatrixXd, Eigen::VectorXd>(const Eigen::MatrixXd&, double);
 }  // namespace qdot

@@ -6,7 +6,7 @@
 
 namespace qdot::detail::cvode {
 template std::unique_ptr<Core> new_core<double>(std::unique_ptr<MethodForm>, NewtonMaker, CvodeSettings, const Options&);
-template void reset<double>(Core&, const Moment&, const Eigen::Ref<const Eigen::VectorXd>&);
+template void reset<double>(Core&, const TimePoint&, const Eigen::Ref<const Eigen::VectorXd>&);
 template bool step<double>(Core&, double);
 template PolynomialView polynomial<double>(Core&);
 template void tolerate<double>(Core&, const Eigen::VectorXd&);

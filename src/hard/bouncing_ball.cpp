@@ -16,7 +16,7 @@ template <class Method>
 std::vector<Row> bounced_by(const Method& method) {
   const auto falling = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return g * q[0]; });
   const auto ball = scene(falling, contact("floor", [](const auto& q) { return q[0]; }, restitution(e)));
-  auto meter = energy_meter(ball);
+  auto meter = energy_balance(ball);
   const State<1> start{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)};
   const auto run = simulate(ball, start, 10.0, method, {.rtol = 2.5e-15, .atol = 1e-15}, meter);
 

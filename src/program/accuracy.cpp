@@ -193,8 +193,8 @@ Request request_of(RunnableScene& scene, const AccuracyOptions& options) {
   return request;
 }
 
-StudyOptions limits_of(const AccuracyOptions& options) {
-  StudyOptions limits;
+WorkPrecisionOptions limits_of(const AccuracyOptions& options) {
+  WorkPrecisionOptions limits;
   if (options.quick) {
     limits.tolerances = {1e-4, 1e-7, 1e-10, 1e-13};
     limits.seconds_per_cell = 0.005;
@@ -212,7 +212,7 @@ void project_start(const Model& model, State<Dynamic>& start) {
   start.qdot = y.segment(model.dof(), model.dof());
 }
 
-AccuracyStudy study_of(const Shared& model, const Request& request, const StudyOptions& limits, const AccuracyOptions& options) {
+WorkPrecision study_of(const Shared& model, const Request& request, const WorkPrecisionOptions& limits, const AccuracyOptions& options) {
   std::vector<Contender> contenders;
   for (const std::string& method : chosen_methods(*model, request.start, options.methods)) contenders.push_back(contender(model, request, method));
   const Status status(!options.quiet && !options.json);
@@ -220,7 +220,7 @@ AccuracyStudy study_of(const Shared& model, const Request& request, const StudyO
   const EnergyFunctions energies{[&](double t, const Eigen::VectorXd& y) { return model->energies(t, y).jacobi; },
                                  [&](double t, const Eigen::VectorXd& y) { return model->energies(t, y).kinetic; }};
   const auto progress = [&](const std::string& method, double setting) { status.show(method + " at " + report::rounded_text(setting, 3)); };
-  return accuracy_study(reference_of(model, request, output_times(request.start.t, request.t_end, limits.outputs)), request.start.t, contenders, energies,
+  return work_precision(reference_of(model, request, output_times(request.start.t, request.t_end, limits.outputs)), request.start.t, contenders, energies,
                         limits, progress);
 }
 
@@ -240,7 +240,7 @@ void write_study(const SceneStudy& found, const std::vector<std::string>& files,
 int accuracy(const AccuracyOptions& options) {
   const std::unique_ptr<RunnableScene> scene = make_scene(options.scene);
   Request request = request_of(*scene, options);
-  const StudyOptions limits = limits_of(options);
+  const WorkPrecisionOptions limits = limits_of(options);
   request.samples = limits.outputs + 1;
   std::vector<std::string> files;
   if (options.out) {

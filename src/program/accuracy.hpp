@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "program/runnable_scene.hpp"
-#include "qdot/analysis/accuracy_study.hpp"
+#include "qdot/analysis/work_precision_study.hpp"
 
 namespace qdot::program {
 
@@ -16,7 +16,7 @@ struct SceneStudy {
   const RunnableScene& scene;
   State<Dynamic> start;
   double t_end = 0;
-  AccuracyStudy study;
+  WorkPrecision study;
   std::string machine;  // processor, compiler
   bool brief = false;   // only what is needed is printed, the cheapest way first
 };

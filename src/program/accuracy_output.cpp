@@ -54,14 +54,14 @@ std::string padded(const std::string& text, std::size_t width) {
 std::string setting_text(const Measurement& m) { return (m.fixed_step ? "h = " : "tol ") + rounded_text(m.setting, 3); }
 
 /// An error as it may be claimed: not below what the reference can show.
-std::string error_text(const AccuracyStudy& study, double error) {
+std::string error_text(const WorkPrecision& study, double error) {
   if (!std::isfinite(error)) return "";
   if (error < study.visible_error()) return "<" + rounded_text(study.visible_error(), 2);
   return rounded_text(error, 2);
 }
 
 /// Methods in the order in which they were measured.
-std::vector<std::string> methods_of(const AccuracyStudy& study) {
+std::vector<std::string> methods_of(const WorkPrecision& study) {
   std::vector<std::string> names;
   for (const Measurement& m : study.measurements) {
     if (std::find(names.begin(), names.end(), m.method) == names.end()) names.push_back(m.method);
@@ -75,7 +75,7 @@ double cost_of(const Measurement& m, bool in_time) { return in_time ? m.cpu_medi
 
 /// One quantity over one cost, a curve for each method. Failed runs have no CPU time: that of as many evaluations is taken.
 LogLogPlot panel(const SceneStudy& of, const std::string& label, Value value, bool in_time) {
-  const AccuracyStudy& study = of.study;
+  const WorkPrecision& study = of.study;
   LogLogPlot plot;
   plot.x_label = in_time ? "CPU time [s]" : "evaluations of the equations of motion";
   plot.y_label = label;
@@ -160,7 +160,7 @@ std::string card(const std::string& kind, const std::string& inside) {
   return "<section class=\"card " + kind + "\">" + inside + "</section>\n";
 }
 
-std::string cheapest_html(const AccuracyStudy& study) {
+std::string cheapest_html(const WorkPrecision& study) {
   std::string html = "<h2>The cheapest way to an accuracy</h2><table><tr><td>largest error below</td><td>method</td><td>set to</td>"
                      "<td class=\"value\">evaluations</td><td class=\"value\">CPU time</td></tr>\n";
   int k = 0;
@@ -225,7 +225,7 @@ Json measurement_json(const Measurement& m) {
 }
 
 /// The cheapest measurement below each power of ten.
-Json cheapest_json(const AccuracyStudy& study) {
+Json cheapest_json(const WorkPrecision& study) {
   Json array = Json::array();
   int k = 0;
   for (const Measurement* m : study.cheapest_by_decade()) {
@@ -252,7 +252,7 @@ std::string reference_text(const SceneStudy& of) {
 }
 
 /// A table of runs, a row each.
-std::string runs_text(const AccuracyStudy& study, const std::vector<const Measurement*>& runs) {
+std::string runs_text(const WorkPrecision& study, const std::vector<const Measurement*>& runs) {
   const bool constrained = std::any_of(study.measurements.begin(), study.measurements.end(),
                                        [](const Measurement& m) { return std::isfinite(m.constraint_residual); });
   std::string text = "  method          set to         largest error  end error  energy error" + std::string(constrained ? "  constraint" : "") +
@@ -277,7 +277,7 @@ std::string runs_text(const AccuracyStudy& study, const std::vector<const Measur
 }
 
 /// The cheapest way to each accuracy, a table.
-std::string cheapest_text(const AccuracyStudy& study) {
+std::string cheapest_text(const WorkPrecision& study) {
   std::string text = "  largest error   cheapest method   set to         evaluations      CPU time\n";
   int k = 0;
   for (const Measurement* m : study.cheapest_by_decade()) {
@@ -296,7 +296,7 @@ std::string cheapest_text(const AccuracyStudy& study) {
 std::vector<std::string> accuracy_paths(const std::string& path) { return {path + ".csv", path + ".html", path + ".svg"}; }
 
 std::string accuracy_text(const SceneStudy& of) {
-  const AccuracyStudy& study = of.study;
+  const WorkPrecision& study = of.study;
   std::vector<const Measurement*> all;
   for (const Measurement& m : study.measurements) all.push_back(&m);
   const std::string machine = "  measured on " + of.machine + "\n";
@@ -310,7 +310,7 @@ std::string accuracy_text(const SceneStudy& of) {
 }
 
 std::string accuracy_json(const SceneStudy& of, const std::vector<std::string>& files) {
-  const AccuracyStudy& study = of.study;
+  const WorkPrecision& study = of.study;
   Json json;
   json["scene"] = of.scene.name();
   json["parameters"] = Json::object();
@@ -348,7 +348,7 @@ std::string accuracy_csv(const SceneStudy& of) {
 }
 
 std::string accuracy_html(const SceneStudy& of) {
-  const AccuracyStudy& study = of.study;
+  const WorkPrecision& study = of.study;
   const std::string title = of.scene.title() + ": what accuracy costs";
   std::string body;
   const LogLogPlot first = panel(of, largest_label(of), &Measurement::largest_error, true);

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "qdot/integrate/accurate_simulation.hpp"
+#include "qdot/integrate/simulate_to_accuracy.hpp"
 #include "qdot/report/number.hpp"
 
 namespace qdot::program {

@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A run that is asked for an accuracy instead of tolerances: what qdot/integrate/accurate_simulation.hpp does, for a model.
+// A run that is asked for an accuracy instead of tolerances: what qdot/integrate/simulate_to_accuracy.hpp does, for a model.
 
 #include <memory>
 #include <string>

@@ -213,7 +213,7 @@ void add_options(CLI::App* command, SweepOptions& options) {
   add_repeatable(command, "--over", options.over,
                  "what varies: NAME=FROM:TO:COUNT[:log], NAME=A,B,C, or with --random NAME~uniform(A,B), NAME~normal(MEAN,SIGMA); NAME is a parameter, an effect, a coordinate or a velocity");
   add_repeatable(command, "--record", options.record,
-                 "what to keep: NAME at the end, max(NAME), min(NAME), t(NAME=VALUE) and t(|NAME|=VALUE) when first passed, t(event EVENT), energy, energy_drift_max, lyapunov (the greatest exponent), alignment (of two deviations, GALI: below 1e-8 in chaos), steps, t (default: all coordinates at the end)");
+                 "what to keep: NAME at the end, max(NAME), min(NAME), t(NAME=VALUE) and t(|NAME|=VALUE) when first passed, t(event EVENT), energy, energy_drift_max, lyapunov (the greatest exponent), gali (the generalized alignment index of two deviations: below 1e-8 in chaos), steps, t (default: all coordinates at the end)");
   add_text(command, "--random", options.random, "a sample of so many motions in place of a grid", "N");
   add_text(command, "--seed", options.seed, "of the sample (default 1)", "S");
   add_text(command, "--threads", options.threads, "default: one for each core, and one with --processes or --shard; the results are the same", "N");

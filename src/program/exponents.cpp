@@ -32,8 +32,8 @@ LyapunovSpectrum exponents_of(const std::shared_ptr<const Model>& model, const R
                                                              model->packed(request.start), request.t_end, options);
 }
 
-Alignment alignment_of(const std::shared_ptr<const Model>& model, const Request& request) {
-  return qdot::detail::alignment_of<Eigen::MatrixXd>(flow_of(model, request, [](double) {}), request.start.t, model->packed(request.start), request.t_end, {});
+GeneralizedAlignmentIndex gali_of(const std::shared_ptr<const Model>& model, const Request& request) {
+  return qdot::detail::gali_of<Eigen::MatrixXd>(flow_of(model, request, [](double) {}), request.start.t, model->packed(request.start), request.t_end, {});
 }
 
 }  // namespace qdot::program

@@ -9,7 +9,7 @@
 
 #include "program/runnable_scene.hpp"
 #include "program/simulation.hpp"
-#include "qdot/analysis/alignment.hpp"
+#include "qdot/analysis/generalized_alignment_index.hpp"
 #include "qdot/analysis/lyapunov.hpp"
 
 namespace qdot::program {
@@ -24,6 +24,6 @@ LyapunovSpectrum exponents_of(const std::shared_ptr<const Model>& model, const R
                               const std::function<void(double)>& reached = [](double) {});
 
 /// Likewise; it ends early where there is chaos.
-Alignment alignment_of(const std::shared_ptr<const Model>& model, const Request& request);
+GeneralizedAlignmentIndex gali_of(const std::shared_ptr<const Model>& model, const Request& request);
 
 }  // namespace qdot::program

@@ -34,7 +34,7 @@
 #include "program/sweep_workers.hpp"
 #include "program/swept_quantities.hpp"
 #include "program/swept_values.hpp"
-#include "qdot/integrate/simulate_many.hpp"
+#include "qdot/integrate/ensemble.hpp"
 #include "qdot/report/csv.hpp"
 #include "qdot/report/file.hpp"
 #include "qdot/report/heat_map.hpp"
@@ -55,7 +55,7 @@ struct Sweep {
   SweptValues values;
   std::vector<Quantity> quantities = {};
   Request request = {};
-  ManyOptions many = {};
+  EnsembleOptions many = {};
   std::vector<std::string> paths = {};
   bool is_recorded = false;
   SweepWorkers workers = {};
@@ -315,7 +315,7 @@ std::vector<Row> rows_at_once(const Sweep& sweep, bool quiet) {
   std::vector<Row> rows;
   rows.reserve(count);
   ProgressBar progress(0.0, static_cast<double>(count), !quiet);
-  simulate_many(count, [&](std::size_t i) { return motion(sweep, i); }, 0,
+  ensemble(count, [&](std::size_t i) { return motion(sweep, i); }, 0,
                 [&](int&, std::size_t i, Kept<Row>&& kept) {
                   rows.push_back(row_of(sweep, std::move(kept)));
                   progress.reached(static_cast<double>(i + 1));

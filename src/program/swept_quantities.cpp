@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 #include "program/arguments.hpp"
@@ -47,15 +48,19 @@ class RecordReader {
  private:
   /// Whether it is one that has a name of its own, and is of the whole motion; kind and unit, if so.
   bool is_of_motion(Quantity& quantity) const {
+    if (quantity.text == "alignment") {
+      std::fputs("qdot sweep: --record alignment is deprecated; say --record gali\n", stderr);
+      quantity.text = "gali";
+    }
     const std::string& text = quantity.text;
     if (text == "energy" || text == "energy_drift_max") {
       quantity.kind = text == "energy" ? Kind::energy : Kind::energy_drift;
       quantity.unit = scene_.energy_unit();
     } else if (text == "steps") {
       quantity.kind = Kind::steps;
-    } else if (text == "lyapunov" || text == "alignment") {
+    } else if (text == "lyapunov" || text == "gali") {
       if (const std::string why = lacks_exponents(model_); !why.empty()) throw UsageError("--record " + text + ": " + scene_.name() + " " + why);
-      quantity.kind = text == "lyapunov" ? Kind::lyapunov : Kind::alignment;
+      quantity.kind = text == "lyapunov" ? Kind::lyapunov : Kind::gali;
       if (text == "lyapunov" && !time_.empty()) quantity.unit = "1/" + time_;
     } else if (text == "t") {
       quantity.kind = Kind::time;
@@ -116,7 +121,7 @@ class RecordReader {
       all.push_back(names_[i].name);
     }
     for (const ComponentNames& entry : names_) all.push_back(entry.plain);
-    for (const char* other : {"t", "energy", "energy_drift_max", "steps", "lyapunov", "alignment"}) all.emplace_back(other);
+    for (const char* other : {"t", "energy", "energy_drift_max", "steps", "lyapunov", "gali"}) all.emplace_back(other);
     throw unknown_name("--record", "a coordinate, a velocity or a quantity of " + scene_.name(), name, all);
   }
 
@@ -205,8 +210,8 @@ std::vector<double> QuantityWatch::values(const Request& request, const BareResu
         if (spectrum.lambda.size() > 0) values[i] = spectrum.lambda[0];
         break;
       }
-      case Kind::alignment: {
-        const auto found = alignment_of(model_, request);
+      case Kind::gali: {
+        const auto found = gali_of(model_, request);
         if (found.completed()) values[i] = found.index.back();
         break;
       }

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 //
 // What a sweep keeps of a motion: NAME at the end, max(NAME), min(NAME), t(NAME=VALUE), t(|NAME|=VALUE), t(event NAME), energy, energy_drift_max, steps, t,
-// lyapunov (the greatest exponent) and alignment (GALI of two deviations, to below 1e-8).
+// lyapunov and gali. These are the greatest exponent, and the generalized alignment index of two deviations, to below 1e-8.
 //
 // Extremes and passages are looked for on the dense output: at eight places in each step, and a passage between two of them to rounding.
 
@@ -16,7 +16,7 @@
 namespace qdot::program {
 
 struct Quantity {
-  enum class Kind { at_end, greatest, least, passage, event, energy, energy_drift, steps, time, lyapunov, alignment };
+  enum class Kind { at_end, greatest, least, passage, event, energy, energy_drift, steps, time, lyapunov, gali };
   std::string text = {};  // as it was typed
   std::string unit = {};
   Kind kind = Kind::at_end;
@@ -39,7 +39,7 @@ class QuantityWatch {
   /// False when nothing is left to wait for.
   bool see(const StepView& step);
 
-  /// All of them; NaN for what did not happen. Exponents and alignments are asked of a motion of their own.
+  /// All of them; NaN for what did not happen. Exponents and indices of alignment are asked of a motion of their own.
   std::vector<double> values(const Request& request, const BareResult& run) const;
 
  private:

@@ -43,8 +43,8 @@ inline auto field() {
 
 template <bool a, bool b, bool c, bool d>
 auto chosen() {
-  using qdot::only_if;
-  return scene(cart(), only_if<a>(damping()), only_if<b>(friction()), only_if<c>(track()), only_if<d>(field()));
+  using qdot::optional;
+  return scene(cart(), optional<a>(damping()), optional<b>(friction()), optional<c>(track()), optional<d>(field()));
 }
 
 // Off is absent, already as a type: alone, in pairs, and in the company of effects that are on.

@@ -41,7 +41,7 @@ same() { # the bare system $1, and the scene $2
   fi
 }
 
-same "positions()" "scene(positions(), qdot::only_if<false>(damping()))"
+same "positions()" "scene(positions(), qdot::optional<false>(damping()))"
 same "cart()" "scene(cart())"
 for subject in "scene(cart(), damping())" "scene(cart(), track())"; do
   instructions "$subject" > "$work/other"

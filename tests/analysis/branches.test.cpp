@@ -67,7 +67,7 @@ TEST_CASE("a force that ends at a place shortens what comes behind it") {
   CHECK(std::abs(s.Phi(0, 0) - (1 - F / v * (t - v / F))) < near);
   CHECK(std::abs(s.Phi(1, 0) + F / v) < near);
   CHECK(std::abs(s.Phi(0, 3) - (F * t / v - 1)) < near);  // by b
-  const auto back = functional_gradient(push, p, start, t, end_value([](const auto& q) { return q[0]; }), Dop853{}, fine);
+  const auto back = adjoint_sensitivities(push, p, start, t, end_value([](const auto& q) { return q[0]; }), Dop853{}, fine);
   REQUIRE(back.completed());
   CHECK(std::abs(back.by_start[0] - (1 - F / v * (t - v / F))) < near);
   CHECK(std::abs(back.by_parameters[1] - (F * t / v - 1)) < near);
@@ -83,7 +83,7 @@ TEST_CASE("a force that ends at a time moves what comes behind it by that time")
   CHECK(std::abs(s.Phi(0, 4) - 2.7) < near);
   CHECK(std::abs(s.Phi(1, 4) - 1.0) < near);
   CHECK(std::abs(s.Phi(0, 1) - 4.0) < near);  // a switch of time alone leaves Φ as it is
-  const auto back = functional_gradient(push, p, start, 4.0, end_value([](const auto& q) { return q[0]; }), Dop853{}, fine);
+  const auto back = adjoint_sensitivities(push, p, start, 4.0, end_value([](const auto& q) { return q[0]; }), Dop853{}, fine);
   CHECK(std::abs(back.by_parameters[2] - 2.7) < near);
 }
 
@@ -220,6 +220,6 @@ TEST_CASE("a motion that only touches a place beyond which the force is another 
     CHECK(std::abs(below.Phi(1, 1) - std::cos(3.0)) < 100 * rtol);
     CHECK(sensitivities(system, State<1>{0.0, {0.0}, {1.001}}, 3.0, Dop853{}, options).outcome == Outcome::completed);
   }
-  const auto of_end = functional_gradient(system, State<1>{0.0, {0.0}, {1.0}}, 3.0, end_value([](const auto& q) { return q[0]; }), Dop853{}, fine);
+  const auto of_end = adjoint_sensitivities(system, State<1>{0.0, {0.0}, {1.0}}, 3.0, end_value([](const auto& q) { return q[0]; }), Dop853{}, fine);
   CHECK(of_end.outcome == Outcome::not_differentiable);
 }

@@ -114,7 +114,7 @@ TEST_CASE("by Gauss steps a ball that bounces is as its closed form, through the
   const double g = 9.81, h0 = 1.0, e = 0.8, fall = std::sqrt(2 * h0 / g), t = 0.7;
   const auto bounce = [](State<1>& at) { at.qdot[0] *= -0.8; };
   const auto s = sensitivities(falling, qdot::Vector<double, 1>(g), State<1>{0.0, {h0}, {0.0}}, t, Gauss{.step = 0.01, .stages = 2}, {},
-                               qdot::events(qdot::event("floor", [](const auto& q) { return q[0]; }).falling().then(bounce)));
+                               qdot::events(qdot::event("floor", [](const auto& q) { return q[0]; }).falling().action(bounce)));
   REQUIRE(s.completed());
   REQUIRE(s.events.size() == 1);
   // After the bounce h = e g t_f (t − t_f) − g (t − t_f)²/2 with t_f = √(2 h₀/g).

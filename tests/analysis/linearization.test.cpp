@@ -13,7 +13,7 @@
 #include "hard/rolling_disk.hpp"
 #include "qdot/analysis/damped_modes.hpp"
 #include "qdot/analysis/linearization.hpp"
-#include "qdot/analysis/regulator.hpp"
+#include "qdot/analysis/lqr.hpp"
 #include "qdot/effects/constraints.hpp"
 #include "qdot/effects/contact.hpp"
 #include "qdot/effects/dissipation.hpp"
@@ -128,7 +128,7 @@ TEST_CASE("a state off its constraints, or one that does not stay, is refused by
              WithinRel(g * 0.6, rounding) || WithinRel(g * 0.6 * 0.8, rounding));  // along the tangent, seen in x
   CHECK_THROWS_AS(damped_modes(aside), InvalidValue);
   const Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(2, 2), R = Eigen::MatrixXd::Identity(1, 1);
-  CHECK_THROWS_AS(regulator(aside, Q, R), InvalidValue);
+  CHECK_THROWS_AS(lqr(aside, Q, R), InvalidValue);
 }
 
 TEST_CASE("a table of time is asked for no moment that it refuses in the end: A of a load that changes, and of a stiffness") {
@@ -169,7 +169,7 @@ TEST_CASE("a cart under an inverted pendulum: A and B of the textbook, and a reg
   CHECK_THAT(at.B(3, 0), WithinRel(1.0 / (p.M * p.l), rounding));
   CHECK(damped_modes(at).stability == Stability::unstable);
   const Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(4, 4), R = Eigen::MatrixXd::Identity(1, 1);
-  const Regulator held = regulator(at, Q, R);
+  const Lqr held = lqr(at, Q, R);
   CHECK(held.exponents.real().maxCoeff() < -0.1);
   CHECK(held.residual < 1e-12);
   Linearization closed = at;
@@ -264,7 +264,7 @@ TEST_CASE("what lies on a floor has modes and a regulator along it, and none whe
   CHECK_THAT(modes.modes[0].natural_frequency, WithinAbs(2.0, 1e-12));
   CHECK_THAT(modes.modes[0].damping_ratio, WithinAbs(0.125, 1e-12));
   const Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(2, 2), R = Eigen::MatrixXd::Identity(1, 1);
-  const auto feedback = qdot::regulator(linear, Q, R);
+  const auto feedback = qdot::lqr(linear, Q, R);
   const double k0 = -4.0 + std::sqrt(17.0), k1 = -0.5 + std::sqrt(0.25 + 1.0 + 2.0 * k0);  // Riccati's equation by hand
   CHECK_THAT(feedback.K(0, 0), WithinAbs(k0, 1e-10));
   CHECK_THAT(feedback.K(0, 1), WithinAbs(k1, 1e-10));

@@ -89,7 +89,7 @@ TEST_CASE("what events do to deviations counts") {
   const auto doubling = qdot::event("doubling", [](const auto&, const auto&, const auto& t) {
                           using std::cos;
                           return cos(std::numbers::pi * t);
-                        }).then([](State<1>& s) { s.qdot *= 2.0; });
+                        }).action([](State<1>& s) { s.qdot *= 2.0; });
   const auto found = lyapunov_spectrum(qdot::mechanical_system<1>(Hill{0.0}), at_rest, 80.0, Dop853{}, fine, {.settle = 40.0}, qdot::events(doubling));
   REQUIRE(found.completed());
   CHECK(std::abs(found.lambda[0] - std::log(2.0)) < settled);
@@ -101,9 +101,10 @@ TEST_CASE("the double pendulum stretches a deviation as a computation in extende
   const auto system = qdot::mechanical_system<2>(qdot::scenes::DoublePendulum{});
   const State<2> released{0.0, {1.7, 1.7}, {0.0, 0.0}};
   const auto s = qdot::sensitivities(system, released, 10.0, Dop853{}, {.rtol = 1e-13, .atol = 1e-14});
-  const auto axes = qdot::stretching(s.Phi);
+  const auto axes = qdot::finite_time_lyapunov(s.Phi);
   CHECK(std::abs(axes.sigma[0] - 103590.440) < 5e-4);
   CHECK((s.Phi * axes.start.col(0) - axes.sigma[0] * axes.end.col(0)).norm() < 1e-10 * axes.sigma[0]);
+  CHECK_THAT(axes.exponents(10.0)[0], WithinAbs(1.15482003, 1e-8));  // ln(103590.440)/10
 
   // In pieces and undivided the product of all lengths is the same, det Φ = det M(0) / det M(t) by Liouville.
   const auto spectrum = lyapunov_spectrum(system, released, 10.0, Dop853{}, {.rtol = 1e-13, .atol = 1e-14}, {.settle = 0.0});
@@ -134,7 +135,7 @@ TEST_CASE("what cannot be asked of a spectrum is refused, and a run that fails k
           lyapunov_spectrum(top, at_rest, 10.0, Dop853{}, fine, {.directions = 3});
         }).find("but 3 were asked for") != std::string::npos);
   CHECK(qdot::error_message([] {
-          qdot::stretching(Eigen::MatrixXd::Constant(2, 2, std::numeric_limits<double>::quiet_NaN()));
+          qdot::finite_time_lyapunov(Eigen::MatrixXd::Constant(2, 2, std::numeric_limits<double>::quiet_NaN()));
         }).find("must be finite") != std::string::npos);
   const auto away = lyapunov_spectrum(top, State<1>{0.0, {1e-3}, {0.0}}, 100.0, Dop853{},
                                       {.rtol = 1e-12, .atol = 1e-12, .state_norm_limit = 1e9}, {.settle = 2.0});

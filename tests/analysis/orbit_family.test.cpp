@@ -61,7 +61,7 @@ double period_of_pendulum(double amplitude) {
 TEST_CASE("the periods of a pendulum's family are those of the elliptic integral") {
   constexpr double error = 1e-8, amplitude = 2.0;
   const auto pendulum = over_floor({.pull = 1.0});
-  const auto family = family_of_orbits(pendulum, State<1>{0.0, {0.6}, {0.0}}, 6.4, in_energy(-std::cos(amplitude)), ten_digits(0.3, 0.5));
+  const auto family = continue_orbits(pendulum, State<1>{0.0, {0.6}, {0.0}}, 6.4, in_energy(-std::cos(amplitude)), ten_digits(0.3, 0.5));
   INFO(family.message);
   REQUIRE(family.outcome == FamilyOutcome::reached);
   REQUIRE(family.orbits.size() > 3);
@@ -79,7 +79,7 @@ TEST_CASE("Mathieu's equation doubles its period and branches where the characte
   // b₁, a₁, b₂ of q = 1: eigenvalues of the tridiagonal matrices of the Fourier coefficients, in 25 digits.
   constexpr double b1 = -0.11024881699209517, a1 = 1.8591080725143635, b2 = 3.9170247729984712, error = 1e-7;
   const Family family{{.s = 1.0}, {}, Turns::a, {0.0, {0.0}, {0.0}}};
-  const auto orbits = family_of_orbits(family, -0.3, std::numbers::pi, in_parameter(4.2), driven(), ten_digits(0.1, 0.1));
+  const auto orbits = continue_orbits(family, -0.3, std::numbers::pi, in_parameter(4.2), driven(), ten_digits(0.1, 0.1));
   INFO(orbits.message);
   REQUIRE(orbits.outcome == FamilyOutcome::reached);
   const auto points = special(orbits);
@@ -96,7 +96,7 @@ TEST_CASE("a family of cycles turns back at its fold") {
   constexpr double error = 1e-7;
   const double r = std::sqrt(1.0 + std::sqrt(0.1));  // the larger circle at c = −0.9
   const Family family{{.a = 1.0}, {.b = 1.0}, Turns::c, {0.0, {r}, {0.0}}};
-  const auto orbits = family_of_orbits(family, -0.9, 6.28, in_parameter(-1.9), hold_nothing(), ten_digits(0.2, 0.4));
+  const auto orbits = continue_orbits(family, -0.9, 6.28, in_parameter(-1.9), hold_nothing(), ten_digits(0.2, 0.4));
   INFO(orbits.message);
   REQUIRE(orbits.outcome == FamilyOutcome::returned);
   const auto points = special(orbits);
@@ -126,7 +126,7 @@ TEST_CASE("a family of cycles turns back at its fold") {
 TEST_CASE("multipliers leave the circle to a torus where damping changes its sign") {
   // det M = exp(π c), and |trace M| < 2
   const Family family{{.a = 2.0, .s = 1.0}, {}, Turns::c, {0.0, {0.0}, {0.0}}};
-  const auto orbits = family_of_orbits(family, -0.11, std::numbers::pi, in_parameter(0.1), driven(), ten_digits(0.3, 0.4));
+  const auto orbits = continue_orbits(family, -0.11, std::numbers::pi, in_parameter(0.1), driven(), ten_digits(0.3, 0.4));
   INFO(orbits.message);
   REQUIRE(orbits.outcome == FamilyOutcome::reached);
   const auto points = special(orbits);
@@ -139,15 +139,15 @@ TEST_CASE("multipliers leave the circle to a torus where damping changes its sig
 
 TEST_CASE("what is no family of orbits is named") {
   const Family family{{.a = 1.0}, {.c = -0.5, .b = 1.0}, Turns::nothing, {0.0, {1.3}, {0.0}}};
-  CHECK_THROWS_WITH(family_of_orbits(family, -0.3, -1.0, in_parameter(0.2), hold_nothing()),
-                    "family_of_orbits: the period must be positive and finite, but is -1; give a guess of it");
-  const auto alone = family_of_orbits(family, -0.3, 6.3, in_energy(2.0), hold_nothing(), ten_digits(0.1, 0.1));
+  CHECK_THROWS_WITH(continue_orbits(family, -0.3, -1.0, in_parameter(0.2), hold_nothing()),
+                    "continue_orbits: the period must be positive and finite, but is -1; give a guess of it");
+  const auto alone = continue_orbits(family, -0.3, 6.3, in_energy(2.0), hold_nothing(), ten_digits(0.1, 0.1));
   INFO(alone.message);
   CHECK(alone.outcome == FamilyOutcome::no_family);
 
   const auto pendulum = over_floor({.pull = 1.0});
-  CHECK_THROWS_AS(family_of_orbits(pendulum, State<1>{0.0, {0.4}, {0.0}}, 6.3, in_parameter(1.0)), InvalidValue);
-  const auto rest = family_of_orbits(pendulum, State<1>{0.0, {0.0}, {0.0}}, 6.3, in_energy(0.0));
+  CHECK_THROWS_AS(continue_orbits(pendulum, State<1>{0.0, {0.4}, {0.0}}, 6.3, in_parameter(1.0)), InvalidValue);
+  const auto rest = continue_orbits(pendulum, State<1>{0.0, {0.0}, {0.0}}, 6.3, in_energy(0.0));
   CHECK(rest.outcome == FamilyOutcome::no_family);
   REQUIRE(rest.orbits.size() == 1);
   CHECK(rest.orbits[0].outcome == OrbitOutcome::equilibrium);

@@ -64,7 +64,7 @@ struct Bounce {
 };
 struct BallOf {
   auto operator()(const Five& p) const {
-    const auto floor = qdot::event("floor", [](const auto& q) { return q[0]; }).falling().then(Bounce{p[1]});
+    const auto floor = qdot::event("floor", [](const auto& q) { return q[0]; }).falling().action(Bounce{p[1]});
     return qdot::problem(qdot::mechanical_system<1>(Ball{p[0], p[4]}), State<1>{0.0, {p[2]}, {p[3]}}, qdot::events(floor));
   }
 };

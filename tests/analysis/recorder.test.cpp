@@ -153,7 +153,7 @@ TEST_CASE("a ball that bounces depends on gravity, restitution and the floor's h
   const auto family = [](const Eigen::Vector4d& of) {
     const auto bounce = [e = of[1]](State<1>& s) { s.qdot[0] *= -e; };
     return problem(mechanical_system<1>(Falling{of[0]}), State<1>{0.0, {of[3]}, {0.0}},
-                   qdot::events(qdot::event("floor", [low = of[2]](const auto& q) { return q[0] - low; }).falling().then(bounce)));
+                   qdot::events(qdot::event("floor", [low = of[2]](const auto& q) { return q[0] - low; }).falling().action(bounce)));
   };
   const auto x = [&](int j) { return D::variable(p[j], j); };
   const D g = x(0), e = x(1), low = x(2), high = x(3), fall = sqrt(2.0 * (high - low) / g), late = T - fall;
@@ -176,7 +176,7 @@ TEST_CASE("equations of a family that an action changes on the way are recorded 
   const auto family = [&at](const Vector<double, 1>& of) {
     const auto change = [&at](State<1>&) { at = 2.0; };
     return problem(mechanical_system<1>(Reaching{of[0], &at}), State<1>{0.0, {0.2}, {0.9}},
-                   qdot::events(qdot::event("far", [](const auto& q) { return q[0] - 0.6; }).rising().then(change)));
+                   qdot::events(qdot::event("far", [](const auto& q) { return q[0] - 0.6; }).rising().action(change)));
   };
   const auto found = [&](const auto& method, const qdot::Options& options) {
     at = 0.0;

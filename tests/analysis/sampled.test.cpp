@@ -79,7 +79,7 @@ TEST_CASE("one state at ticks: P is the positive root of b^2 P^2 - (a^2 r + b^2 
       if (q == 0.0 && std::abs(a) == 1.0) continue;  // refused below
       const double b = 0.7, r = 0.4, middle = a * a * r + b * b * q - r, root = std::sqrt(middle * middle + 4 * b * b * q * r);
       const double P = middle > 0.0 ? (middle + root) / (2 * b * b) : 2 * q * r / (root - middle);
-      const SampledRegulator found = sampled_regulator(of(a), of(b), of(q), of(r));
+      const SampledLqr found = sampled_lqr(of(a), of(b), of(q), of(r));
       CHECK_THAT(found.P(0, 0), WithinAbs(P, solved * P));
       CHECK_THAT(found.K(0, 0), WithinAbs(a * b * P / (r + b * b * P), solved * (1.0 + std::abs(a))));
       CHECK_THAT(found.multipliers[0].real(), WithinAbs(a * r / (r + b * b * P), solved * (1.0 + std::abs(a))));
@@ -95,7 +95,7 @@ TEST_CASE("the discrete equation of Riccati is solved, and the loop decays, what
       for (Eigen::Index i = 0; i < m->size(); ++i) m->data()[i] = normal(random);
     if (n > 2) A.col(0).setZero();  // a map need not be one to one
     const MatrixXd Q = G.transpose() * G, R = (MatrixXd(2, 2) << 2, 1, 1, 3).finished();
-    const SampledRegulator r = sampled_regulator(A, B, Q, R);
+    const SampledLqr r = sampled_lqr(A, B, Q, R);
     const MatrixXd loop = A - B * r.K, left = loop.transpose() * r.P * loop + r.K.transpose() * R * r.K + Q - r.P;
     CHECK(left.norm() < solved * r.P.norm());
     CHECK((R * r.K - B.transpose() * r.P * loop).norm() < solved * r.P.norm() * B.norm());  // the cost is stationary in K
@@ -106,7 +106,7 @@ TEST_CASE("the discrete equation of Riccati is solved, and the loop decays, what
 
 TEST_CASE("with short ticks the regulator is that of all times: K = (1, sqrt 3) of a mass") {
   const double h = 1e-4;
-  const SampledRegulator r = regulator(sampled(pushed(0.0), h), E(2) * h, E(1) * h);
+  const SampledLqr r = lqr(sampled(pushed(0.0), h), E(2) * h, E(1) * h);
   CHECK_THAT(r.K(0, 0), WithinAbs(1.0, 2 * h));  // first order in h
   CHECK_THAT(r.K(0, 1), WithinAbs(std::sqrt(3.0), 2 * h));
   CHECK_THAT(r.P(0, 0), WithinAbs(std::sqrt(3.0), 2 * h));
@@ -119,11 +119,11 @@ TEST_CASE("what cannot be sampled or held at ticks is refused with the reason") 
   Linearization shaken = pushed(1.0);
   shaken.autonomous = false;
   CHECK(says(error_message([&] { sampled(shaken, 0.1); }), "A must be the same at all times"));
-  CHECK(says(error_message([] { regulator(sampled(pushed(1.0, 2.0), 0.1), E(2), E(1)); }), "must be an equilibrium or a steady motion"));
-  CHECK(says(error_message([] { sampled_regulator(of(2.0), of(0.0), of(1.0), of(1.0)); }), "with the multiplier 2 + 0i is not, most of it in x0"));
-  CHECK(says(error_message([] { sampled_regulator(of(1.0), of(1.0), of(0.0), of(1.0)); }), "at the unit circle; give its coordinate a cost in Q"));
-  CHECK(says(error_message([] { sampled_regulator(of(1.0), of(1.0), of(1.0), of(0.0)); }), "R must be positive definite"));
-  CHECK(says(error_message([] { sampled_regulator(of(1.0), of(1.0), of(-1.0), of(1.0)); }), "Q must not be negative"));
+  CHECK(says(error_message([] { lqr(sampled(pushed(1.0, 2.0), 0.1), E(2), E(1)); }), "must be an equilibrium or a steady motion"));
+  CHECK(says(error_message([] { sampled_lqr(of(2.0), of(0.0), of(1.0), of(1.0)); }), "with the multiplier 2 + 0i is not, most of it in x0"));
+  CHECK(says(error_message([] { sampled_lqr(of(1.0), of(1.0), of(0.0), of(1.0)); }), "at the unit circle; give its coordinate a cost in Q"));
+  CHECK(says(error_message([] { sampled_lqr(of(1.0), of(1.0), of(1.0), of(0.0)); }), "R must be positive definite"));
+  CHECK(says(error_message([] { sampled_lqr(of(1.0), of(1.0), of(-1.0), of(1.0)); }), "Q must not be negative"));
   // An oscillator at ticks of half its period: the push moves it to where it is again.
-  CHECK(says(error_message([] { regulator(sampled(pushed(4.0), std::acos(-1.0)), E(2), E(1)); }), "must be reached by an input"));
+  CHECK(says(error_message([] { lqr(sampled(pushed(4.0), std::acos(-1.0)), E(2), E(1)); }), "must be reached by an input"));
 }

@@ -167,7 +167,7 @@ TEST_CASE("a ball's second derivatives by its start and gravity behind two bounc
   const double e = 0.8, t = 1.4;
   const auto falling = [](const auto& p) { return Oscillator<std::remove_cvref_t<decltype(p[0])>>{1.0, 0.0, p[0]}; };
   const auto bounce = [](State<1>& at) { at.qdot[0] *= -0.8; };
-  const auto floor = qdot::events(qdot::event("floor", [](const auto& q) { return q[0]; }).falling().then(bounce));
+  const auto floor = qdot::events(qdot::event("floor", [](const auto& q) { return q[0]; }).falling().action(bounce));
   const Eigen::Vector3d x(1.0, 0.7, 9.81);  // z₀, v₀, g
   const auto found = second_sensitivities(falling, qdot::Vector<double, 1>(x[2]), State<1>{0.0, {x[0]}, {x[1]}}, t, Taylor{}, fine, floor);
   INFO(found.message);
@@ -195,7 +195,7 @@ TEST_CASE("through a jump that bends the state second derivatives are those of t
     at.qdot[1] += 0.2 * at.qdot[0] * at.qdot[0];
     at.q[1] += 0.1 * std::sin(at.q[1] + at.qdot[1]);
   };
-  const auto meets = qdot::events(qdot::event("meets", [](const auto& q) { return q[0] - 0.5 * q[1] * q[1] - 0.3; }).falling().then(kick));
+  const auto meets = qdot::events(qdot::event("meets", [](const auto& q) { return q[0] - 0.5 * q[1] * q[1] - 0.3; }).falling().action(kick));
   const auto found = second_sensitivities(DoublePendulums{}, p, released, 1.0, Taylor{}, fine, meets);
   INFO(found.message);
   REQUIRE(found.completed());
@@ -229,7 +229,7 @@ TEST_CASE("through a jump that bends the state second derivatives are those of t
 TEST_CASE("an action without a second derivative ends the run of second derivatives, and not that of the first") {
   const auto free = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; });
   const auto kick = [](State<1>& at) { at.qdot[0] += at.q[0] * std::abs(at.q[0]); };
-  const auto push = qdot::events(qdot::event("push", [](const auto&, const auto&, const auto& t) { return t - 0.5; }).then(kick));
+  const auto push = qdot::events(qdot::event("push", [](const auto&, const auto&, const auto& t) { return t - 0.5; }).action(kick));
   const State<1> start{0.0, {-0.5}, {1.0}};  // is at 0 when it is pushed
   CHECK(sensitivities(free, start, 1.0, Taylor{}, fine, push).completed());
   const auto found = second_sensitivities(free, start, 1.0, Taylor{}, fine, push);

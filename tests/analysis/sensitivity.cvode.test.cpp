@@ -50,7 +50,7 @@ TEST_CASE("a creeping spring depends on stiffness, friction and start as the clo
 
 TEST_CASE("through an event BDF and Adams have the derivatives of the closed form") {
   const auto ball = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 9.81 * q[0]; });
-  const auto floor = qdot::event("floor", [](const auto& q) { return q[0]; }).falling().then([](State<1>& s) { s.qdot *= -0.8; });
+  const auto floor = qdot::event("floor", [](const auto& q) { return q[0]; }).falling().action([](State<1>& s) { s.qdot *= -0.8; });
   const double h = 1.0, g = 9.81, T = 0.7, t1 = std::sqrt(2 * h / g);  // y = 0.8 g t₁ (T − t₁) − g (T − t₁)²/2, dt₁/dh = 1/(g t₁)
   const double by_h = (0.8 * g * (T - 2 * t1) + g * (T - t1)) / (g * t1);
   const auto check = [&](const auto& method) {

@@ -21,7 +21,7 @@
 using qdot::Dop853;
 using qdot::event;
 using qdot::events;
-using qdot::functional_gradient;
+using qdot::adjoint_sensitivities;
 using qdot::Options;
 using qdot::Outcome;
 using qdot::problem;
@@ -135,7 +135,7 @@ TEST_CASE("a ball that bounces three times depends on g, e, h and the end as the
   const auto by_action = [](const SixNumbers& p) {
     const auto ball = particle({.g = p[0]});
     const auto bounce = qdot::impact(ball, Gap{}, qdot::restitution(p[1]));
-    return problem(ball, State<1>{0.0, {p[3]}, {p[4]}}, events(crossing("floor", height).falling().then(bounce)));
+    return problem(ball, State<1>{0.0, {p[3]}, {p[4]}}, events(crossing("floor", height).falling().action(bounce)));
   };
   SixNumbers p;
   p << 9.8, 0.8, 0.0, 50.0, 0.0, 3.0;
@@ -157,7 +157,7 @@ TEST_CASE("a ball that bounces three times depends on g, e, h and the end as the
   check(sensitivities(by_action, p, 15.0, Dop853{}, fine));
   const auto s = sensitivities(over_floor, p, 15.0, Dop853{}, fine);
   check(s);
-  const auto backwards = functional_gradient(over_floor, p, 15.0, qdot::end_value(place), Dop853{}, fine);
+  const auto backwards = adjoint_sensitivities(over_floor, p, 15.0, qdot::end_value(place), Dop853{}, fine);
   REQUIRE(backwards.completed());
   CHECK_THAT(backwards.by_parameters[0], WithinAbs(-7.277029744509896286, error));
   CHECK_THAT(backwards.by_parameters[1], WithinAbs(314.568839957685554, 100 * error));
@@ -261,7 +261,7 @@ TEST_CASE("an impact on a moving floor depends on everything as the closed form 
   CHECK((s.y.head(2) - expected.value.head<2>()).norm() < 1e-12);
   CHECK((s.Phi.topRows(2) - expected.jacobian.topRows<2>()).cwiseAbs().maxCoeff() < 1e-10);
   CHECK((s.events[0].time - expected.jacobian.row(2).transpose()).cwiseAbs().maxCoeff() < 1e-11);
-  const auto backwards = functional_gradient(over_floor, p, 1.0, qdot::end_value(place), Dop853{}, fine);
+  const auto backwards = adjoint_sensitivities(over_floor, p, 1.0, qdot::end_value(place), Dop853{}, fine);
   REQUIRE(backwards.completed());
   CHECK((backwards.by_parameters - expected.jacobian.row(0).transpose()).cwiseAbs().maxCoeff() < 1e-10);
 
@@ -305,7 +305,7 @@ TEST_CASE("a block that friction brings to rest keeps the derivatives of where i
   };
   const Eigen::Vector2d slope = (45 * sum(1) - 9 * sum(2) + sum(3)) / (60 * h);
   CHECK((s.Phi.topRows(2) * along - slope).norm() < 1e-7);  // noise of 1e-12 over h, grown by the motion
-  const auto backwards = functional_gradient(family, p, 12.0, qdot::end_value(place), Dop853{}, fine);
+  const auto backwards = adjoint_sensitivities(family, p, 12.0, qdot::end_value(place), Dop853{}, fine);
   INFO(backwards.message);
   REQUIRE(backwards.completed());
   CHECK((backwards.by_parameters - s.Phi.row(0).transpose()).norm() < 1e-10);
@@ -365,7 +365,7 @@ TEST_CASE("a block on a moving belt that slips, sticks and slips depends on ever
     CHECK_THAT(s.Phi(1, column), WithinAbs(v.tangent[j], error));
     CHECK_THAT(s.events[3].time[column], WithinAbs(t4.tangent[j], error));
   }
-  const auto backwards = functional_gradient(family, Eigen::VectorXd(nominal), T, qdot::end_value(place), Dop853{}, fine);
+  const auto backwards = adjoint_sensitivities(family, Eigen::VectorXd(nominal), T, qdot::end_value(place), Dop853{}, fine);
   INFO(backwards.message);
   REQUIRE(backwards.completed());
   for (int j = 0; j < 4; ++j) CHECK_THAT(backwards.by_parameters[j], WithinAbs(q.tangent[static_cast<std::size_t>(j)], error));
@@ -377,7 +377,7 @@ TEST_CASE("equations that an event switches have continuous states and a jump of
   const double v0 = 0.8, x0 = 0.1, T = 3.0, t1 = (1 - x0) / v0;
   const auto s =
       sensitivities(system, State<1>{0.0, {x0}, {v0}}, T, Dop853{}, fine,
-                    events(crossing("field", [](const V1& q, const V1&) { return q[0] - 1.0; }).rising().then(Action([&gravity](State<1>&) {
+                    events(crossing("field", [](const V1& q, const V1&) { return q[0] - 1.0; }).rising().action(Action([&gravity](State<1>&) {
                       gravity = 2.0;
                     })),
                            crossing("half way", [](const V1& q, const V1&) { return q[0] - 0.5; })));
@@ -392,9 +392,9 @@ TEST_CASE("equations that an event switches have continuous states and a jump of
   CHECK((s.Phi - expected).cwiseAbs().maxCoeff() < 1e-11);
   CHECK((s.Phi_before(s.events[1].t) - (Eigen::Matrix2d() << 1, t1, 0, 1).finished()).cwiseAbs().maxCoeff() < 1e-11);
   gravity = 0.0;
-  const auto backwards = functional_gradient(
+  const auto backwards = adjoint_sensitivities(
       system, State<1>{0.0, {x0}, {v0}}, T, qdot::end_value(place), Dop853{}, fine,
-      events(crossing("field", [](const V1& q, const V1&) { return q[0] - 1.0; }).rising().then(Action([&gravity](State<1>&) {
+      events(crossing("field", [](const V1& q, const V1&) { return q[0] - 1.0; }).rising().action(Action([&gravity](State<1>&) {
         gravity = 2.0;
       })),
              crossing("half way", [](const V1& q, const V1&) { return q[0] - 0.5; })));
@@ -409,7 +409,7 @@ TEST_CASE("behind an event that switches them, traced equations of a number of c
   using V = Eigen::VectorXd;
   const auto s = sensitivities(
       system, State<qdot::Dynamic>{0.0, {x0}, {v0}}, T, Dop853{}, fine,
-      events(crossing("field", [](const V& q, const V&) { return q[0] - 1.0; }).rising().then([&gravity](State<qdot::Dynamic>&) {
+      events(crossing("field", [](const V& q, const V&) { return q[0] - 1.0; }).rising().action([&gravity](State<qdot::Dynamic>&) {
         gravity = 2.0;
       })));
   REQUIRE(s.completed());
@@ -524,7 +524,7 @@ TEST_CASE("a slider-crank's mean kinetic energy depends on spring and damper as 
   CHECK_THAT(s.Phi(0, 0), WithinAbs(-0.1739779292603175, error));
   CHECK_THAT(s.Phi(0, 1), WithinAbs(-0.2687606670918820, error));
   const auto mean = qdot::integral([](const auto&, const auto& v) { return 0.5 * (v[0] * v[0] + v[1] * v[1] + 2.0 * v[2] * v[2]); });
-  const auto backwards = functional_gradient(family, Eigen::Vector2d(1.0, 1.0), 10.0, mean, Dop853{}, fine);
+  const auto backwards = adjoint_sensitivities(family, Eigen::Vector2d(1.0, 1.0), 10.0, mean, Dop853{}, fine);
   INFO(backwards.message);
   REQUIRE(backwards.completed());
   CHECK_THAT(backwards.value, WithinAbs(3.3366067994827844, error));
@@ -546,19 +546,19 @@ TEST_CASE("where there is no derivative none is made up, and what was found befo
   // The top of a throw, 0.1 v₀²/g below: touched, or missed.
   const State<1> up{0.0, {0.0}, {9.81}};
   refused(sensitivities(ball, up, 2.0, Dop853{}, {},
-                        events(crossing("lid", [](const V1& q, const V1&) { return q[0] - 4.905 + 1e-13; }).then(push))),
+                        events(crossing("lid", [](const V1& q, const V1&) { return q[0] - 4.905 + 1e-13; }).action(push))),
           "'lid' only grazes zero");
   refused(sensitivities(
               ball, start, 2.0, Dop853{}, {},
-              events(crossing("floor", height).then(push),
-                     crossing("time", [](const V1& q, const V1&) { return 2.0 * q[0]; }).then(Action([](State<1>& s) { s.qdot[0] *= -0.5; })))),
+              events(crossing("floor", height).action(push),
+                     crossing("time", [](const V1& q, const V1&) { return 2.0 * q[0]; }).action(Action([](State<1>& s) { s.qdot[0] *= -0.5; })))),
           "'time' coincides with 'floor'");
   refused(sensitivities(ball, start, 2.0, Dop853{}, {},
-                        events(crossing("floor", height).then(Action([](State<1>& s) { s.qdot[0] = s.qdot[0] < -4.42944691807002 ? 1.0 : 2.0; })))),
+                        events(crossing("floor", height).action(Action([](State<1>& s) { s.qdot[0] = s.qdot[0] < -4.42944691807002 ? 1.0 : 2.0; })))),
           "has no derivative with respect to");
   int count = 0;
   refused(sensitivities(ball, start, 2.0, Dop853{}, {},
-                        events(crossing("floor", height).then(Action([&count](State<1>& s) { s.qdot[0] = 1.0 + (count++ % 2); })))),
+                        events(crossing("floor", height).action(Action([&count](State<1>& s) { s.qdot[0] = 1.0 + (count++ % 2); })))),
           "something else each time");
 }
 
@@ -590,7 +590,7 @@ TEST_CASE("what happens in one moment and does not act on each other has a deriv
                    State<2>{0.0, {at[0], at[1]}, {0.0, 0.0}});
   };
   right(sensitivities(two, p, t, Dop853{}, fine));
-  const auto back = functional_gradient(two, p, t, qdot::end_value([](const auto& q) { return q[0] + 2.0 * q[1]; }), Dop853{}, fine);
+  const auto back = adjoint_sensitivities(two, p, t, qdot::end_value([](const auto& q) { return q[0] + 2.0 * q[1]; }), Dop853{}, fine);
   REQUIRE(back.completed());
   CHECK_THAT(back.by_parameters[2], WithinAbs(by_e, 1e-8));
   CHECK_THAT(back.by_parameters[1], WithinAbs(2 * by_h, 1e-8));
@@ -598,7 +598,7 @@ TEST_CASE("what happens in one moment and does not act on each other has a deriv
   const auto kicked = [&](const Eigen::Vector4d& at) {
     return problem(scene(balls, qdot::contact("first", gap(0), qdot::restitution(at[2]))),
                    State<2>{0.0, {at[0], at[1]}, {0.0, 0.0}},
-                   events(event("kick", gap(1)).falling().then([e2 = at[3]](State<2>& s) { s.qdot[1] *= -e2; })));
+                   events(event("kick", gap(1)).falling().action([e2 = at[3]](State<2>& s) { s.qdot[1] *= -e2; })));
   };
   const auto s = sensitivities(kicked, p, t, Dop853{}, fine);
   INFO(s.message);
@@ -625,7 +625,7 @@ TEST_CASE("what is wrong with a question about sensitivities is said before the 
         }).find("must be with respect to something") != std::string::npos);
   CHECK(message([&] {
           sensitivities(ball, State<1>{0.0, {1.0}, {0.0}}, 1.0, Dop853{}, {},
-                        events(crossing("a", height).then(Action()), crossing("a", velocity)));
+                        events(crossing("a", height).action(Action()), crossing("a", velocity)));
         }).find("two are called 'a'") != std::string::npos);
   SixNumbers p;
   p << 9.81, 1.0, 0.0, 1.0, 0.0, std::numeric_limits<double>::infinity();

@@ -73,7 +73,7 @@ TEST_CASE("by power series a ball that bounces once depends on its start and g a
   const double g = 9.8, h = 5.0, e = 0.8, end = 1.5;
   const auto bounce = [](State<1>& s) { s.qdot[0] *= -0.8; };
   const auto s = sensitivities(oscillator, Eigen::Vector3d(1.0, 0.0, g), State<1>{0.0, {h}, {0.0}}, end, Taylor{}, fine,
-                               qdot::events(qdot::event("floor", [](const auto& q) { return q[0]; }).falling().then(bounce)));
+                               qdot::events(qdot::event("floor", [](const auto& q) { return q[0]; }).falling().action(bounce)));
   INFO(s.message);
   REQUIRE(s.completed());
   REQUIRE(s.events.size() == 1);

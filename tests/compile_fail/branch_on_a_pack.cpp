@@ -2,7 +2,7 @@
 //
 // V branches on its numbers, which lanes of a pack cannot do apart.
 // message: qdot: lanes of a pack cannot branch apart
-#include <qdot/mechanics/ensemble.hpp>
+#include <qdot/mechanics/accelerations.hpp>
 
 int main() {
   const auto V = [](const auto& q) {

@@ -78,8 +78,8 @@ void check_of_both(const Model& model, double drag) {
   CHECK((rhs(model, s) - forces).norm() < rounding);
   CHECK((acceleration(model, q, v, 0.4) - forces / m).norm() < rounding);
   CHECK((acceleration(model, s) - forces / m).norm() < rounding);
-  CHECK((motion_residual(model, q, v, a, 0.4) - (m * a - forces)).norm() < rounding);
-  CHECK((motion_residual(model, s, a) - (m * a - forces)).norm() < rounding);
+  CHECK((inverse_dynamics(model, q, v, a, 0.4) - (m * a - forces)).norm() < rounding);
+  CHECK((inverse_dynamics(model, s, a) - (m * a - forces)).norm() < rounding);
   CHECK_THAT(power(model, q, v, 0.4), WithinAbs(-drag * v.squaredNorm(), rounding));
   CHECK_THAT(power(model, s), WithinAbs(-drag * v.squaredNorm(), rounding));
   CHECK_THAT(energy_rate(model, q, v, 0.4), WithinAbs(-drag * v.squaredNorm(), rounding));
@@ -110,8 +110,8 @@ TEST_CASE("what a motion needs beyond a scene's own forces is m a + m g + c v, a
   const ByAngle hand;
   const State<2> s = hand.state();
   const Vector2d wanted(3.0, -1.0);
-  CHECK((motion_residual(pendulum, s, wanted) - (m * wanted + Vector2d(0, m * g) + c * s.qdot)).norm() < 100 * rounding);
-  CHECK((motion_residual(pendulum, s, acceleration(pendulum, s)) - hand.tension()).norm() < 100 * rounding);
+  CHECK((inverse_dynamics(pendulum, s, wanted) - (m * wanted + Vector2d(0, m * g) + c * s.qdot)).norm() < 100 * rounding);
+  CHECK((inverse_dynamics(pendulum, s, acceleration(pendulum, s)) - hand.tension()).norm() < 100 * rounding);
 }
 
 TEST_CASE("the Jacobian of a scene at a state is that of its formula, with the effects' own states held") {
@@ -141,7 +141,7 @@ TEST_CASE("a ball that lies on a floor has the acceleration 0 and the reaction m
   CHECK_THAT(acceleration(floored, lies.q, lies.qdot)[0], WithinAbs(0.0, rounding));
   CHECK_THAT(reactions(floored, lies.q, lies.qdot)[0], WithinAbs(m * g, rounding));
   CHECK_THAT(constrained_acceleration(floored, lies.q, lies.qdot).lambda[0], WithinAbs(m * g, rounding));
-  CHECK_THAT(motion_residual(floored, lies, One(0.0))[0], WithinAbs(m * g, rounding));  // what the floor bears
+  CHECK_THAT(inverse_dynamics(floored, lies, One(0.0))[0], WithinAbs(m * g, rounding));  // what the floor bears
   for (const State<1>& flies : {State<1>{0.0, One(1e-3), One(0.0)}, State<1>{0.0, One(0.0), One(-2.0)}, State<1>{0.0, One(0.0), One(2.0)}}) {
     CHECK_THAT(acceleration(floored, flies)[0], WithinAbs(-g, rounding));
     CHECK(reactions(floored, flies)[0] == 0.0);
@@ -167,7 +167,7 @@ TEST_CASE("friction at a state slides against the velocity or holds what pulls, 
   CHECK_THAT(power(block, forward), WithinAbs(-6.0, rounding));
   CHECK_THAT(power(block, backward.q, backward.qdot), WithinAbs(-6.0, rounding));
   CHECK_THAT(energy_rate(block, forward.q, forward.qdot, 0.0), WithinAbs(-6.0, rounding));
-  CHECK_THAT(motion_residual(block, forward, One(0.0))[0], WithinAbs(3.0 - 1.0, rounding));
+  CHECK_THAT(inverse_dynamics(block, forward, One(0.0))[0], WithinAbs(3.0 - 1.0, rounding));
   CHECK(acceleration_jacobian(block, rest).d_qdot(0, 0) == 0.0);
   CHECK_THAT(acceleration(pulled(6.0, 3.0, 4.0), rest)[0], WithinAbs((6.0 - 3.0) / m, rounding));
   CHECK_THAT(acceleration(pulled(3.0, 3.0, 3.0), rest)[0], WithinAbs(0.0, rounding));  // which both phases say

@@ -20,7 +20,7 @@ import headers  # noqa: E402
 PAGE = ROOT / "docs" / "functions.md"
 MEMBER = re.compile(r"`\.(\w+)(\([^`]*\))?`")
 # Bases and members of the results, of headers that those of the row bring along.
-COMMON = ["integrate/run.hpp", "integrate/simulate_many.hpp", "mechanics/system.hpp", "analysis/fit/best_parameters.hpp"]
+COMMON = ["integrate/run.hpp", "integrate/ensemble.hpp", "mechanics/system.hpp", "analysis/fit/best_parameters.hpp"]
 
 
 def rows():

@@ -16,7 +16,7 @@
 #include "qdot/error.hpp"
 #include "qdot/mechanics/acceleration_jacobian.hpp"
 #include "qdot/mechanics/energy.hpp"
-#include "qdot/mechanics/ensemble.hpp"
+#include "qdot/mechanics/accelerations.hpp"
 #include "qdot/mechanics/kinematic_system.hpp"
 #include "qdot/mechanics/system.hpp"
 

@@ -9,11 +9,11 @@
 
 #include "catch2_bridge.hpp"
 #include "qdot/analysis/adjoint.hpp"
-#include "qdot/analysis/alignment.hpp"
+#include "qdot/analysis/generalized_alignment_index.hpp"
 #include "qdot/analysis/damped_modes.hpp"
 #include "qdot/analysis/linearization.hpp"
 #include "qdot/analysis/lyapunov.hpp"
-#include "qdot/analysis/regulator.hpp"
+#include "qdot/analysis/lqr.hpp"
 #include "qdot/analysis/return_map.hpp"
 #include "qdot/analysis/steady_state.hpp"
 #include "qdot/effects/contact.hpp"
@@ -95,7 +95,7 @@ TEST_CASE("scenes whose effects have states get finite numbers of every analysis
         CHECK(std::abs(a[0]) < least);
         CHECK(std::abs(R[0] - slope * lambda) <= F_s + least);
       }
-      CHECK((motion_residual(whole, start, a) - R).norm() < 100 * least);
+      CHECK((inverse_dynamics(whole, start, a) - R).norm() < 100 * least);
       const auto J = acceleration_jacobian(whole, start);
       return std::isfinite(power(whole, start)) && J.d_q.allFinite() && J.d_qdot.allFinite();
     });
@@ -107,24 +107,24 @@ TEST_CASE("scenes whose effects have states get finite numbers of every analysis
       const auto linear = linearization(whole, start);
       return linear.A.rows() == linear.A.cols() && finite(linear.A) && linear.B.cols() == 1 && finite(linear.B);
     });
-    tried("modes and regulator", [&] {
+    tried("modes and lqr", [&] {
       const auto linear = linearization(whole, equilibrium_near(whole, start.q));
       const Eigen::Index N = linear.A.rows();
       const auto modes = damped_modes(linear);
       if (!finite(modes.exponents) || modes.exponents.size() != N) return false;
-      return finite(regulator(linear, Eigen::MatrixXd::Identity(N, N), Eigen::MatrixXd::Identity(1, 1)).K);
+      return finite(lqr(linear, Eigen::MatrixXd::Identity(N, N), Eigen::MatrixXd::Identity(1, 1)).K);
     });
     const Options loose{.rtol = 1e-8, .atol = 1e-10, .max_steps = 4000};
-    tried("sensitivities and stretching", [&] {
+    tried("sensitivities and finite_time_lyapunov", [&] {
       const auto s = sensitivities(whole, start, 2.0, Dop853{}, loose);
-      return s.Phi.cols() == 4 && s.Phi.rows() == s.y.size() && (!s.completed() || finite(stretching(s.Phi).sigma));
+      return s.Phi.cols() == 4 && s.Phi.rows() == s.y.size() && (!s.completed() || finite(finite_time_lyapunov(s.Phi).sigma));
     });
     tried("lyapunov_spectrum", [&] {
       const auto found = lyapunov_spectrum(whole, start, 3.0, Dop853{}, loose, {.interval = 0.5, .settle = 0.5});
       return finite(found.lambda) && (!found.completed() || (found.lambda.size() > 0 && found.lambda.size() <= 5));
     });
-    tried("alignment", [&] {
-      const auto found = alignment(whole, start, 3.0, Dop853{}, loose, {.interval = 0.5});
+    tried("generalized_alignment_index", [&] {
+      const auto found = generalized_alignment_index(whole, start, 3.0, Dop853{}, loose, {.interval = 0.5});
       for (const double index : found.index)
         if (!(index >= 0.0 && index <= 1.0 + 1e-9)) return false;
       return found.growth.empty() || std::isfinite(found.growth.back());
@@ -134,8 +134,8 @@ TEST_CASE("scenes whose effects have states get finite numbers of every analysis
       const auto found = return_map(whole, start, plane, 5.0, Dop853{}, loose);
       return finite(found.y) && finite(found.derivative) && (!found.complete() || found.derivative.cols() == 4);
     });
-    tried("functional_gradient", [&] {
-      const auto found = functional_gradient(whole, start, 1.0, end_value([](const auto& q, const auto& qdot) { return q[0] + qdot[1]; }), Dop853{}, loose);
+    tried("adjoint_sensitivities", [&] {
+      const auto found = adjoint_sensitivities(whole, start, 1.0, end_value([](const auto& q, const auto& qdot) { return q[0] + qdot[1]; }), Dop853{}, loose);
       return !found.completed() || (std::isfinite(found.value) && finite(found.by_start));
     });
   }

@@ -12,7 +12,7 @@
 
 #include "four_methods.hpp"
 #include "motions.hpp"
-#include "qdot/integrate/accurate_simulation.hpp"
+#include "qdot/integrate/simulate_to_accuracy.hpp"
 #include "qdot/integrate/gauss.hpp"
 #include "qdot/integrate/symplectic.hpp"
 
@@ -62,7 +62,7 @@ void anytime(Report& report, Dice dice) {
     const double accuracy = std::pow(10.0, dice.between(-11.0, -4.0));
     const std::string at = asked.start.in_words() + " to " + text(asked.t_end) + " by " + name + " with accuracy " + text(accuracy);
     try {
-      const auto result = qdot::accurate_simulation(system, start, asked.t_end, method, accuracy);
+      const auto result = qdot::simulate_to_accuracy(system, start, asked.t_end, method, accuracy);
       if (!result.reached())
         return accuracy * 1e10 < r.gain * 1e1 || std::abs(asked.start.t) > 1e6
                    ? void(++report.undecided)
@@ -75,7 +75,7 @@ void anytime(Report& report, Dice dice) {
                                 text(result.error_estimate) + ", at " + at);
       }
     } catch (const std::exception& error) {
-      report.finding("accurate_simulation throws '" + std::string(error.what()) + "' at " + at);
+      report.finding("simulate_to_accuracy throws '" + std::string(error.what()) + "' at " + at);
     }
   };
   accurately("Dop853", qdot::Dop853{});
@@ -116,7 +116,7 @@ inline void pushed(Report& report, Dice dice) {
   by_four_methods(report, system, asked, qdot::EventList<>{}, r, none);
 }
 
-/// A ball on a floor that a user's own event throws back: the closed form before its bounces accumulate, event_accumulation behind.
+/// A ball on a floor that a user's own event throws back: the closed form before its bounces accumulate, zeno behind.
 inline void bouncing(Report& report, Dice dice) {
   const double e = std::vector<double>{0.3, 0.5, 0.7, 0.9, 1.0}[static_cast<std::size_t>(dice.below(5))], g = dice.between(1.0, 10.0),
                height = dice.between(0.2, 3.0),
@@ -130,7 +130,7 @@ inline void bouncing(Report& report, Dice dice) {
   while (t + 2 * leaves / g < t_end && leaves > 1e-9) t += 2 * leaves / g, leaves *= e;
   const double into = t_end - t, y = t_end < first ? height + up * t_end - 0.5 * g * t_end * t_end : leaves * into - 0.5 * g * into * into;
   const auto system = qdot::mechanical_system<2>([](const auto& w) { return 0.5 * (w[0] * w[0] + w[1] * w[1]); }, [g](const auto& q) { return g * q[1]; });
-  const auto floor = qdot::event("floor", [](const auto& q) { return q[1]; }).falling().then([e](qdot::State<2>& s) { s.qdot[1] = -e * s.qdot[1]; });
+  const auto floor = qdot::event("floor", [](const auto& q) { return q[1]; }).falling().action([e](qdot::State<2>& s) { s.qdot[1] = -e * s.qdot[1]; });
   by_four_methods(report, [&](const char* name, const auto& method) {
     const auto run = qdot::simulate(system, qdot::State<2>{0.0, {0.0, height}, {speed, up}}, t_end, method, {}, qdot::events(floor));
     ++report.compared;
@@ -138,7 +138,7 @@ inline void bouncing(Report& report, Dice dice) {
       return report.finding(std::string("the ball is under the floor, y = ") + text(run.y[1]) + ", with " +
                             std::string(qdot::name(run.outcome)) + " by " + name);
     if (beyond && run.completed()) return report.finding(std::string("infinitely many bounces are completed by ") + name);
-    if (beyond && run.outcome != qdot::Outcome::event_accumulation)
+    if (beyond && run.outcome != qdot::Outcome::zeno)
       return report.finding("a run ends as " + std::string(qdot::name(run.outcome)) + " by " + name);
     if (!beyond && !run.completed()) return report.finding("a run ends as " + std::string(qdot::name(run.outcome)) + ", '" + run.message + "' by " + name);
     // A bounce's own error, and what the many before it have added to the time.

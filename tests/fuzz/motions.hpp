@@ -139,7 +139,7 @@ struct Kick {
              using S = ScalarOf<decltype(q)>;
              return by_time ? S(t - time) : S(q[watched] - level);
            })
-        .then([*this]<int n>(qdot::State<n>& s) {
+        .action([*this]<int n>(qdot::State<n>& s) {
           if (*done) return;
           change();
           s.qdot[kicked] += kick;

@@ -6,7 +6,7 @@
 
 #include "../catch2_bridge.hpp"
 #include "accurate_scenes.hpp"
-#include "qdot/integrate/accurate_simulation.hpp"
+#include "qdot/integrate/simulate_to_accuracy.hpp"
 #include "qdot/integrate/cvode.hpp"
 
 namespace {
@@ -30,8 +30,8 @@ TEST_CASE("a stiff system is as accurate as asked with multistep methods, whose 
   std::vector<double> times;
   for (int k = 0; k <= 40; ++k) times.push_back(0.25 * k);
   for (const double accuracy : {1e-3, 1e-6, 1e-9}) {
-    const auto result = accurate_simulation(Drawn{}, FirstOrderState{0.0, Eigen::Vector3d(1, 0, 2)}, 10.0, CvodeBdf{}, accuracy,
-                                            {.output_times = times, .keep_trajectory = false});
+    const auto result = simulate_to_accuracy(Drawn{}, FirstOrderState{0.0, Eigen::Vector3d(1, 0, 2)}, 10.0, CvodeBdf{}, accuracy,
+                                             {.output_times = times, .keep_trajectory = false});
     double error = 0;
     for (std::size_t k = 0; k < times.size(); ++k) {
       const double t = times[k];
@@ -54,8 +54,8 @@ TEST_CASE("multistep methods, which err alike at neighbouring tolerances, are no
     const Eigen::VectorXd sizes = exact.cwiseAbs().rowwise().maxCoeff();
     const FirstOrderState start{0.0, Eigen::Map<const Eigen::VectorXd>(scene.start.data(), sizes.size())};
     for (const double accuracy : {1e-6, 1e-9}) {
-      const auto result = accurate_simulation(scene.equations, start, scene.t_end, CvodeAdams{}, accuracy,
-                                              {.output_times = times, .keep_trajectory = false});
+      const auto result = simulate_to_accuracy(scene.equations, start, scene.t_end, CvodeAdams{}, accuracy,
+                                               {.output_times = times, .keep_trajectory = false});
       const Eigen::ArrayXXd errors = (result.run.samples.y - exact).cwiseAbs().array().colwise() / sizes.array();
       const double error = errors.maxCoeff();
       INFO(scene.name << ", accuracy " << accuracy << ": error " << error << ", estimate " << result.error_estimate);

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Motions that are known to more digits than double has: closed forms, and for the others extrapolation in long double
-// (whose ends agree with published digits, see accurate_simulation.test.cpp). One type for all, so that a method is
+// (whose ends agree with published digits, see simulate_to_accuracy.test.cpp). One type for all, so that a method is
 // compiled once.
 
 #include <Eigen/Core>

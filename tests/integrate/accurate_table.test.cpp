@@ -12,7 +12,7 @@
 
 #include "../catch2_bridge.hpp"
 #include "accurate_scenes.hpp"
-#include "qdot/integrate/accurate_simulation.hpp"
+#include "qdot/integrate/simulate_to_accuracy.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/taylor.hpp"
 #include "qdot/mechanics/system.hpp"
@@ -88,7 +88,7 @@ void add_rows(Table& table, const std::string& name, const System& system, const
   }
   table.rows += "| " + name + " ";
   for (const double accuracy : accuracies) {
-    const auto result = accurate_simulation(system, start, t_end, method, accuracy, options);
+    const auto result = simulate_to_accuracy(system, start, t_end, method, accuracy, options);
     const double error = true_error(result.run.samples.y, exact);
     double work = 0, least = std::numeric_limits<double>::infinity();
     for (const AccuracyTrial& trial : result.trials) work += trial.work;
@@ -125,8 +125,8 @@ TEST_CASE("a coordinate that begins at zero and is not pushed yet has a power se
       },
       {1, 0, 0, 0}, times));
   for (const double accuracy : {1e-3, 1e-6, 1e-9}) {
-    const auto result = accurate_simulation(mechanical_system<2>(Energies{"fourth power"}), State<2>{0.0, {1.0, 0.0}, {0.0, 0.0}}, t_end, Taylor{},
-                                            accuracy, {.output_times = times, .keep_trajectory = false});
+    const auto result = simulate_to_accuracy(mechanical_system<2>(Energies{"fourth power"}), State<2>{0.0, {1.0, 0.0}, {0.0, 0.0}}, t_end, Taylor{},
+                                             accuracy, {.output_times = times, .keep_trajectory = false});
     INFO("accuracy " << accuracy << ": " << result.run.message);
     REQUIRE(result.reached());
     CHECK(true_error(result.run.samples.y, exact) <= accuracy);

@@ -95,7 +95,7 @@ TEST_CASE("an event that changes the mass of a hidden system changes its motion"
   // A force of one on the mass m: q = 1/2 and v = 1 at t = 1, where m = 1 becomes 4; then 1/2 + 1 + 1/8 at t = 2. With n known at run time M is kept.
   double m = 1.0;
   const AnySystem system = mechanical_system(2, [&m](const auto& v) { return 0.5 * m * v.squaredNorm(); }, [](const auto& q) { return -1.0 * q[0]; });
-  const auto loaded = event("loaded", [](const auto& q) { return q[0] - 0.5; }).then([&m](State<Dynamic>&) { m = 4.0; });
+  const auto loaded = event("loaded", [](const auto& q) { return q[0] - 0.5; }).action([&m](State<Dynamic>&) { m = 4.0; });
   const auto run = simulate(system, State<2>{0.0, {0.0, 0.0}, {0.0, 0.0}}, 2.0, Dop853{}, fine, loaded);
   INFO(run.message);
   REQUIRE(run.completed());

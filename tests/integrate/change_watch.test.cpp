@@ -58,7 +58,7 @@ const auto sprung = [](const Elsewhere& e) {
 TEST_CASE("what a force reads may change in the action of an event, and every method feels it from there on") {
   Elsewhere e;
   const auto system = sprung(e);
-  const auto stiffer = events(event("stiffer", at_one).then([&e](State<1>&) { e.stiffness = 4.0; }));
+  const auto stiffer = events(event("stiffer", at_one).action([&e](State<1>&) { e.stiffness = 4.0; }));
   for (const auto& [name, method] : all_methods(system)) {
     INFO(name);
     e = {};
@@ -95,7 +95,7 @@ TEST_CASE("a constraint that is turned in the action of an event holds in its ne
   double a = 0.0;
   const auto line = scene(mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 0.5 * q[0] * q[0]; }),
                           holonomic("line", [&a](const auto& q) { return q[1] - a * q[0]; }));
-  const auto turned = events(event("turned", at_one).then([&a](State<2>& s) {
+  const auto turned = events(event("turned", at_one).action([&a](State<2>& s) {
     a = 1.0;
     s.q[1] = s.q[0];
     s.qdot[1] = s.qdot[0];
@@ -214,7 +214,7 @@ TEST_CASE("a force that gets a kink in the action of an event is taken over by D
                               using std::abs;
                               return vector(rough ? -abs(q[0]) * q[0] / q[0] : -q[0]);
                             }));
-  const auto rougher = events(event("rougher", at_one).then([&rough](State<1>&) { rough = true; }));
+  const auto rougher = events(event("rougher", at_one).action([&rough](State<1>&) { rough = true; }));
   const auto run = simulate(system, released, 1.5, Automatic{}, {}, rougher);
   CHECK(run.completed());
   CHECK_THAT(run.y[0], WithinAbs(std::cos(1.5), of_method));  // |q| = q there

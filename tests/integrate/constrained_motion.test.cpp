@@ -67,7 +67,7 @@ TEST_CASE("output between steps lies on the constraints too") {
 }
 
 TEST_CASE("of a kick that an event gives, constraints leave what they allow: the part along the circle") {
-  const auto kicked = qdot::event("bottom", [](const auto& q) { return q[0]; }).then([](qdot::State<2>& s) {
+  const auto kicked = qdot::event("bottom", [](const auto& q) { return q[0]; }).action([](qdot::State<2>& s) {
     s.qdot[0] *= 0.5;
     s.qdot[1] += 1.0;  // along the rod
   });
@@ -89,7 +89,7 @@ TEST_CASE("a function that a constraint keeps at zero has no events, whatever th
     INFO(run.message);
     REQUIRE(run.completed());
     CHECK(run.events.empty());
-    CHECK(run.statistics.rough_events == 0);
+    CHECK(run.statistics.unresolved_events == 0);
   };
   for (const Vector2d& from : {Vector2d(1.0, 0.0), Vector2d(std::sin(1.0), -std::cos(1.0)), Vector2d(0.6, -0.8)})
     for (const double speed : {0.0, 1e-6, 2.0, 20.0})

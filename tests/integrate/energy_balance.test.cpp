@@ -23,7 +23,7 @@ constexpr double closes = 1e-10;  // the balance of motions with errors of 1e-12
 
 template <class Sys, int n>
 qdot::EnergyBalance balance(const Sys& system, const State<n>& start, double t_end, const qdot::Options& options = fine) {
-  auto meter = energy_meter(system);
+  auto meter = energy_balance(system);
   REQUIRE(simulate(system, start, t_end, Dop853{}, options, meter).completed());
   return meter.balance();
 }

@@ -70,7 +70,7 @@ void check_held(const Method& method, const Options& options, double error) {
     return Vector<S, 1>(S(u));
   }));
   std::vector<State<1>> seen;
-  const auto controller = every("controller", P).then([&](State<1>& s) {
+  const auto controller = every("controller", P).action([&](State<1>& s) {
     seen.push_back(s);
     u = -4.0 * s.q[0] - 2.0 * s.qdot[0];
   });
@@ -97,7 +97,7 @@ TEST_CASE("what a controller holds may be among the effects' own states, and sam
   Options options = fine;
   options.output_times = {0.0, 0.5, 1.0};
   const auto driven = scene(cart, input("motor", 0));
-  const auto controller = every("controller", 0.5).then([](double, Eigen::VectorXd& y) { y[2] = -4.0 * y[0] - 2.0 * y[1]; });
+  const auto controller = every("controller", 0.5).action([](double, Eigen::VectorXd& y) { y[2] = -4.0 * y[0] - 2.0 * y[1]; });
   const auto run = simulate(driven, released, 1.0, Dop853{}, options, controller);
   Held hand;
   for (Eigen::Index k = 0; k < 2; ++k) {
@@ -114,7 +114,7 @@ TEST_CASE("what a controller holds may be among the effects' own states, and sam
 TEST_CASE("clocks disturb neither crossings nor stop times, and one that stops ends the run at its time") {
   Options options = fine;
   options.stop_times = {0.5, 1.5};
-  const auto nudge = every("nudge", 0.25).then([](State<1>&) {});
+  const auto nudge = every("nudge", 0.25).action([](State<1>&) {});
   const auto falls = event("falls", [](const auto& q) { return q[0]; }).falling();
   const auto turns = event("turns", [](const auto&, const auto& v) { return v[0]; });  // v = 0 at the start counts
   const auto run = simulate(oscillator, released, 10.0, Dop853{}, options, events(nudge, falls, turns, every("enough", 1.0, 4.0).stop()));
@@ -145,7 +145,7 @@ TEST_CASE("an output time that is a tick but for rounding has the state behind i
     CAPTURE(t0);
     Options options = fine;
     for (int k = 1; k < 20; ++k) options.output_times.push_back(t0 + 0.1 * k);
-    const auto kick = every("kick", 0.1, t0 + 0.1).then([](State<1>& s) { s.qdot[0] += 1.0; });
+    const auto kick = every("kick", 0.1, t0 + 0.1).action([](State<1>& s) { s.qdot[0] += 1.0; });
     const auto run = simulate(cart, State<1>{t0, V1(0.0), V1(0.0)}, t0 + 2.0, Dop853{}, options, kick);
     REQUIRE(run.completed());
     REQUIRE(run.samples.t.size() == 19);

@@ -144,7 +144,7 @@ TEST_CASE("a closed contact opens where its floor is taken away, and is refused 
   const auto half = qdot::event("half", [](const auto&, const auto&, const auto& t) { return t - 0.5; });
   const auto moved_to = [&](double level) {
     floor = 0.0;
-    return simulate(ball, rest, 1.0, Dop853{}, {}, half.then([&floor, level](State<1>&) { floor = level; }));
+    return simulate(ball, rest, 1.0, Dop853{}, {}, half.action([&floor, level](State<1>&) { floor = level; }));
   };
   const auto dropped = moved_to(-10.0);
   REQUIRE(dropped.completed());
@@ -177,10 +177,10 @@ TEST_CASE("an action that kicks what rests is felt: contacts only push, and fric
   const State<1> rest{0.0, V1(0.0), V1(0.0)};
   const auto kick = [](double speed) { return [speed](State<1>& s) { s.qdot[0] = speed; }; };
   const auto ball = scene(falling, contact("floor", height, qdot::restitution(0.5)));
-  CHECK_THAT(simulate(ball, rest, 0.6, Dop853{}, {}, half.then(kick(1.0))).y[0], WithinAbs(0.1 - 0.005 * g, 1e-9));
-  CHECK_THAT(simulate(ball, rest, 0.55, Dop853{}, {}, half.then(kick(-1.0))).y[0], WithinAbs(0.025 - 0.00125 * g, 1e-9));  // it comes back with 0.5
+  CHECK_THAT(simulate(ball, rest, 0.6, Dop853{}, {}, half.action(kick(1.0))).y[0], WithinAbs(0.1 - 0.005 * g, 1e-9));
+  CHECK_THAT(simulate(ball, rest, 0.55, Dop853{}, {}, half.action(kick(-1.0))).y[0], WithinAbs(0.025 - 0.00125 * g, 1e-9));  // it comes back with 0.5
   const auto block = qdot::mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.0 * q[0]; });
-  const auto run = simulate(scene(block, qdot::dry_friction("ground", 0, 0.5, 1.0)), rest, 1.0, Dop853{}, {}, half.then(kick(1.0)));
+  const auto run = simulate(scene(block, qdot::dry_friction("ground", 0, 0.5, 1.0)), rest, 1.0, Dop853{}, {}, half.action(kick(1.0)));
   CHECK(names(run.events) == std::vector<std::string>{"half", "ground slips"});
   CHECK_THAT(run.y[0], WithinAbs(0.5 - 0.25 * 0.25, 1e-9));
 }
@@ -207,7 +207,7 @@ TEST_CASE("a push on a pendulum in Cartesian coordinates is felt along its circl
                        qdot::holonomic("rod", [](const auto& q) { return q.squaredNorm() - 1.0; }));
   const auto push = [](State<2>& state) { state.qdot += Vector2d(0.5, 3.0); };
   const auto run = simulate(s, State<2>{0.0, Vector2d(-0.6, -0.8), Vector2d(0, 0)}, 1.0, Dop853{}, {.rtol = 1e-12, .atol = 1e-13},
-                            qdot::events(qdot::event("bottom", height).rising().then(push)));
+                            qdot::events(qdot::event("bottom", height).rising().action(push)));
   REQUIRE(names(run.events) == std::vector<std::string>{"bottom"});
   const auto before = run.trajectory.before(run.events[0].t), after = run.trajectory.at(run.events[0].t);
   CHECK_THAT(before.qdot[0], WithinAbs(std::sqrt(0.4 * g), 1e-9));

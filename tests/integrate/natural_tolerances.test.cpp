@@ -85,7 +85,7 @@ TEST_CASE("lanes, a simulator, a hidden system and derivatives know the size of 
   const double omega = two_pi * 1e13, q0 = 1e-11, end = 10 * two_pi / omega;
   const auto system = mechanical_system<2>(Springs{1e-26, omega, omega});
   const auto start_of = [&](std::size_t i) { return State<2>{0.0, {q0 * std::pow(1e-3, static_cast<double>(i)), q0}, {0.0, 0.0}}; };
-  const auto ends = simulate_many(system, 3, start_of, end, Dop853{});
+  const auto ends = ensemble(system, 3, start_of, end, Dop853{});
   for (std::size_t i = 0; i < ends.size(); ++i) {
     REQUIRE(ends[i].completed());
     CHECK_THAT(ends[i].value->state.q[0], WithinRel(start_of(i).q[0], adds_up));

@@ -39,7 +39,7 @@ TEST_CASE("a run failed unless it was completed or somebody stopped it") {
   REQUIRE(!qdot::failed(Outcome::stopped_by_observer));
   REQUIRE(!qdot::failed(Outcome::stopped_by_model));
   REQUIRE(!qdot::failed(Outcome::stopped_by_event));
-  REQUIRE(qdot::failed(Outcome::event_accumulation));
+  REQUIRE(qdot::failed(Outcome::zeno));
   REQUIRE(qdot::failed(Outcome::step_limit));
   REQUIRE(qdot::failed(Outcome::non_finite));
 }

@@ -261,7 +261,7 @@ struct Pole {
 TEST_CASE("a solution that runs to infinity ends with its name and what was good") {
   // ẏ = y², y(0) = 1: y = 1/(1 − t)
   const auto run = simulate(Pole{}, FirstOrderState{0.0, Eigen::VectorXd::Constant(1, 1.0)}, 2.0, Dop853{}, {.rtol = 1e-10});
-  CHECK((run.outcome == Outcome::step_collapse || run.outcome == Outcome::non_finite));
+  CHECK((run.outcome == Outcome::step_too_small || run.outcome == Outcome::non_finite));
   CHECK(run.message.find("dop853") != std::string::npos);
   CHECK_THAT(run.t, WithinAbs(1.0, 1e-6));
   CHECK_THAT(run.trajectory.y(0.9)[0], WithinRel(10.0, 1e-7));

@@ -19,7 +19,7 @@
 #include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/forces.hpp"
 #include "qdot/effects/scene_form.hpp"
-#include "qdot/integrate/accurate_simulation.hpp"
+#include "qdot/integrate/simulate_to_accuracy.hpp"
 #include "qdot/integrate/any_stepper.hpp"
 #include "qdot/integrate/cvode.hpp"
 #include "qdot/integrate/cvode_automatic.hpp"
@@ -130,7 +130,7 @@ TEST_CASE("an accuracy is not promised for a motion that has missed a push") {
     for (const auto& [name, method, tolerance] : one_step) {
       CAPTURE(w, name);
       const double accuracy = 1e-6;  // of the largest q, which is at most 1
-      const auto result = accurate_simulation(pushed(w, {.V = 1.0}), start(0.0, 0.0, 0.0), t_end, method, accuracy);
+      const auto result = simulate_to_accuracy(pushed(w, {.V = 1.0}), start(0.0, 0.0, 0.0), t_end, method, accuracy);
       CHECK(result.reached());
       CHECK(std::abs(result.run.y[0] - kept(w) * std::sin(after)) < accuracy);
     }

@@ -168,7 +168,7 @@ TEST_CASE("energy that nobody promised to keep is not watched") {
 
 TEST_CASE("what an impact takes from the energy is no drift") {
   const auto ball = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 9.81 * q[0]; });
-  const auto floor = events(event("floor", [](const auto& q) { return q[0]; }).falling().then([](State<1>& s) { s.qdot *= -0.5; }));
+  const auto floor = events(event("floor", [](const auto& q) { return q[0]; }).falling().action([](State<1>& s) { s.qdot *= -0.5; }));
   const auto run = simulate(ball, stretched, 1.0, Dop853{}, {}, floor);
   CHECK(run.completed());
   CHECK(run.events.size() >= 2);

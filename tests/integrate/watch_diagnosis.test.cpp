@@ -79,8 +79,8 @@ TEST_CASE("a mass that rattles between two walls without room is called event ch
                                 [](double, const test::In& y, test::OutVector d) { d << y[1], 0.0; },
                                 [](double, const test::In&, test::OutMatrix J) { J << 0, 1, 0, 0; }};
   const auto turn = [](double, Eigen::VectorXd& y) { y[1] = -y[1]; };
-  const auto walls = events(event("left", [](const auto& q) { return q[0] + room; }).falling().then(turn),
-                            event("right", [](const auto& q) { return room - q[0]; }).falling().then(turn));
+  const auto walls = events(event("left", [](const auto& q) { return q[0] + room; }).falling().action(turn),
+                            event("right", [](const auto& q) { return room - q[0]; }).falling().action(turn));
   const auto run = simulate(flight, FirstOrderState{0.0, test::vector({0.0, 1.0})}, 10.0, Dop853{}, {.max_steps = 2000, .keep_trajectory = false}, walls);
   REQUIRE(failed(run.outcome));
   CHECK(contains(run.message, "diagnosis: event chatter: "));

@@ -41,13 +41,13 @@ TEST_CASE("the rod with the sliding ring accelerates as the lecture derives") {
   const Vector2d f = rhs(s, q, v);
   CHECK_THAT(f[0], WithinAbs(0.3 * (0.4 - 9.81 * std::sin(0.2)), rounding));
   CHECK_THAT(f[1], WithinAbs(a[1] * I, rounding));
-  CHECK(motion_residual(s, q, v, a).norm() < rounding);
+  CHECK(inverse_dynamics(s, q, v, a).norm() < rounding);
 }
 
 TEST_CASE("an accelerated motion needs the force that Lagrange's equations leave over") {
   // Inverse dynamics of a free mass: Q = m a
   const auto s = mechanical_system<2>([](const auto& v) { return 1.5 * v.squaredNorm(); });
-  const Vector2d Q = motion_residual(s, Vector2d(1, 2), Vector2d(3, 4), Vector2d(5, -6));
+  const Vector2d Q = inverse_dynamics(s, Vector2d(1, 2), Vector2d(3, 4), Vector2d(5, -6));
   CHECK(Q == Vector2d(15, -18));
 }
 
@@ -92,7 +92,7 @@ TEST_CASE("a T that is not quadratic has velocity-dependent inertia") {
 }
 
 TEST_CASE("accelerations of coordinates that are coupled leave no force over, whatever T is made of") {
-  // M is full and depends on velocities; motion_residual() differentiates T by nested duals and solves nothing.
+  // M is full and depends on velocities; inverse_dynamics() differentiates T by nested duals and solves nothing.
   const auto s = mechanical_system<3>(
       [](const auto& q, const auto& v, const auto& t) {
         using std::cos, std::log, std::sin, std::sqrt;
@@ -106,7 +106,7 @@ TEST_CASE("accelerations of coordinates that are coupled leave no force over, wh
       });
   const Eigen::Vector3d q(0.4, 0.7, -0.3), v(0.5, -0.8, 0.6);
   const Eigen::Vector3d a = acceleration(s, q, v, 1.2);
-  CHECK(motion_residual(s, q, v, a, 1.2).norm() < 10 * rounding * a.norm());
+  CHECK(inverse_dynamics(s, q, v, a, 1.2).norm() < 10 * rounding * a.norm());
   CHECK(a.norm() > 0.1);
 }
 

@@ -75,7 +75,7 @@ bool are_the_same(const std::vector<Kept<MotionEnd<2>>>& a, const std::vector<Ke
 }  // namespace
 
 TEST_CASE("orbits of many eccentricities, side by side, are back at their pericentres after one period") {
-  const auto ends = simulate_many(orbit, count, start_of, 2 * pi, Dop853{}, options);
+  const auto ends = ensemble(orbit, count, start_of, 2 * pi, Dop853{}, options);
   for (std::size_t i = 0; i < count; ++i) {
     REQUIRE(ends[i].completed());
     CHECK(ends[i].value->completed());
@@ -85,7 +85,7 @@ TEST_CASE("orbits of many eccentricities, side by side, are back at their perice
 }
 
 TEST_CASE("a motion takes as many steps in a lane as alone, and ends where it does within rounding") {
-  const auto ends = simulate_many(orbit, count, start_of, 5.0, Dop853{}, options);
+  const auto ends = ensemble(orbit, count, start_of, 5.0, Dop853{}, options);
   constexpr double steps_of_rounding = 1e-12;  // fifty steps of some units each, times the gain of an orbit of eccentricity 0.7
   for (std::size_t i = 0; i < count; ++i) {
     const auto alone = simulate(orbit, start_of(i), 5.0, Dop853{}, options);
@@ -100,7 +100,7 @@ TEST_CASE("orbits of many strengths go side by side, each by its own parameter, 
   const auto strength = [](std::size_t i) { return Vector<double, 1>(1.0 + 0.1 * static_cast<double>(i)); };
   const auto orbits = family<2>([](const auto& p) { return Orbit<std::remove_cvref_t<decltype(p[0])>>{p[0]}; }, strength);
   const auto start = [&](std::size_t i) { return at_pericentre(0.3, strength(i)[0]); };
-  const auto ends = simulate_many(orbits, count, start, 2 * pi, Dop853{}, options, apocentre, {.threads = 2});
+  const auto ends = ensemble(orbits, count, start, 2 * pi, Dop853{}, options, apocentre, {.threads = 2});
   for (std::size_t i = 0; i < count; ++i) {
     REQUIRE(ends[i].completed());
     const MotionEnd<2>& end = *ends[i].value;
@@ -110,28 +110,28 @@ TEST_CASE("orbits of many strengths go side by side, each by its own parameter, 
     CHECK(std::abs(end.state.t - pi / std::sqrt(strength(i)[0])) < half_a_turn);
     CHECK(std::abs(end.state.q.norm() - 1.3) < half_a_turn);
   }
-  const auto before = simulate_many(orbits, count, [&](std::size_t i) { return State<2>{pi / std::sqrt(strength(i)[0]), {-1.3, 0.0},
+  const auto before = ensemble(orbits, count, [&](std::size_t i) { return State<2>{pi / std::sqrt(strength(i)[0]), {-1.3, 0.0},
                                                                                         -start(i).qdot * 0.7 / 1.3}; }, 0.0, Dop853{}, options);
   for (std::size_t i = 0; i < count; ++i) CHECK((before[i].value->state.q - start(i).q).norm() < after_one_turn);
 }
 
 TEST_CASE("ends are the same bits for any number of threads, any chunk and any order of motions") {
-  const auto plain = simulate_many(orbit, count, start_of, 5.0, Dop853{}, options, {.threads = 1});
-  CHECK(are_the_same(plain, simulate_many(orbit, count, start_of, 5.0, Dop853{}, options, {.threads = 3, .chunk = 5})));
-  CHECK(are_the_same(plain, simulate_many(orbit, count, start_of, 5.0, Dop853{}, options, {.threads = 1, .chunk = 1})));
-  auto turned = simulate_many(orbit, count, start_from_the_last, 5.0, Dop853{}, options);
+  const auto plain = ensemble(orbit, count, start_of, 5.0, Dop853{}, options, {.threads = 1});
+  CHECK(are_the_same(plain, ensemble(orbit, count, start_of, 5.0, Dop853{}, options, {.threads = 3, .chunk = 5})));
+  CHECK(are_the_same(plain, ensemble(orbit, count, start_of, 5.0, Dop853{}, options, {.threads = 1, .chunk = 1})));
+  auto turned = ensemble(orbit, count, start_from_the_last, 5.0, Dop853{}, options);
   std::reverse(turned.begin(), turned.end());
   CHECK(are_the_same(plain, turned));
-  const double sum = simulate_many(orbit, count, start_of, 5.0, Dop853{}, options, EventList<>{}, 0.0,
-                                   [](double& x, std::size_t, auto&& kept) { x += kept.value->state.q[0]; });
+  const double sum = ensemble(orbit, count, start_of, 5.0, Dop853{}, options, EventList<>{}, 0.0,
+                              [](double& x, std::size_t, auto&& kept) { x += kept.value->state.q[0]; });
   double expected = 0.0;
   for (const auto& end : plain) expected += end.value->state.q[0];
   CHECK(sum == expected);
 }
 
 TEST_CASE("a motion that fails says what simulate() says of it, and its neighbours go on") {
-  const auto ends = simulate_many(orbit, count, start_with_failures, 5.0, Dop853{}, options);
-  const auto plain = simulate_many(orbit, count, start_of, 5.0, Dop853{}, options);
+  const auto ends = ensemble(orbit, count, start_with_failures, 5.0, Dop853{}, options);
+  const auto plain = ensemble(orbit, count, start_of, 5.0, Dop853{}, options);
   for (std::size_t i = 0; i < count; ++i) {
     if (i == 3) {
       CHECK(ends[i].message() == "no start");
@@ -150,15 +150,15 @@ TEST_CASE("a motion that fails says what simulate() says of it, and its neighbou
 }
 
 TEST_CASE("budgets, stop times and bad options are kept as one by one") {
-  const auto few = simulate_many(orbit, 3, start_of, 5.0, Dop853{}, {.rtol = 1e-11, .max_steps = 4});
+  const auto few = ensemble(orbit, 3, start_of, 5.0, Dop853{}, {.rtol = 1e-11, .max_steps = 4});
   for (const auto& end : few) CHECK(end.value->outcome == Outcome::step_limit);
   CHECK(few[1].value->message == simulate(orbit, start_of(1), 5.0, Dop853{}, {.rtol = 1e-11, .max_steps = 4}).message);
   const Options stopping{.rtol = 1e-11, .stop_times = {2.0}};
-  CHECK(simulate_many(orbit, 2, start_of, 5.0, Dop853{}, stopping)[1].value->state.q == simulate(orbit, start_of(1), 5.0, Dop853{}, stopping).y.head<2>());
-  CHECK_THROWS_AS(simulate_many(orbit, 2, start_of, 5.0, Dop853{}, {.rtol = -1.0}), InvalidValue);
-  CHECK_THROWS_AS(simulate_many(orbit, 2, start_of, std::nan(""), Dop853{}, options), InvalidValue);
-  CHECK_THROWS_AS(simulate_many(orbit, 2, start_of, 1.0, Dop853{}, options, {.threads = -1}), InvalidValue);
-  CHECK(simulate_many(orbit, 0, start_of, 5.0, Dop853{}, options).empty());
+  CHECK(ensemble(orbit, 2, start_of, 5.0, Dop853{}, stopping)[1].value->state.q == simulate(orbit, start_of(1), 5.0, Dop853{}, stopping).y.head<2>());
+  CHECK_THROWS_AS(ensemble(orbit, 2, start_of, 5.0, Dop853{}, {.rtol = -1.0}), InvalidValue);
+  CHECK_THROWS_AS(ensemble(orbit, 2, start_of, std::nan(""), Dop853{}, options), InvalidValue);
+  CHECK_THROWS_AS(ensemble(orbit, 2, start_of, 1.0, Dop853{}, options, {.threads = -1}), InvalidValue);
+  CHECK(ensemble(orbit, 0, start_of, 5.0, Dop853{}, options).empty());
 }
 
 TEST_CASE("a functor that throws in a pack is asked again by each motion alone") {
@@ -166,8 +166,8 @@ TEST_CASE("a functor that throws in a pack is asked again by each motion alone")
   for (const int asked : {1, 60}) {
     int left = asked;
     const auto refusing = mechanical_system<2>(Refusing{&left});
-    const auto ends = simulate_many(refusing, 9, start_of, 5.0, Dop853{}, options, {.threads = 1});
-    const auto plain = simulate_many(orbit, 9, start_of, 5.0, Dop853{}, options, {.threads = 1});
+    const auto ends = ensemble(refusing, 9, start_of, 5.0, Dop853{}, options, {.threads = 1});
+    const auto plain = ensemble(orbit, 9, start_of, 5.0, Dop853{}, options, {.threads = 1});
     CHECK(left < 0);
     for (std::size_t i = 0; i < 9; ++i) {  // it refuses once, and not who asks again
       REQUIRE(ends[i].completed());

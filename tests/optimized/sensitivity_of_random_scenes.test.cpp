@@ -98,7 +98,7 @@ auto on_an_ellipse(const Numbers& p, const State<2>&) {
       scene(body(p, 0.0), damping(p),
             qdot::holonomic("ellipse", [a, c](const auto& q) { return q[0] * q[0] / (a * a) + q[1] * q[1] / (c * c) - 1.0; })),
       start,
-      qdot::events(qdot::event("height", [c](const V2& q, const V2&) { return q[1] - 0.3 * c; }).rising().then(Action([e](State<2>& s) {
+      qdot::events(qdot::event("height", [c](const V2& q, const V2&) { return q[1] - 0.3 * c; }).rising().action(Action([e](State<2>& s) {
         s.qdot *= -e;
       }))));
 }

@@ -57,13 +57,21 @@ TEST_CASE("a sweep is the same bytes for one thread and four, also of a sample")
 // xdot = 0.49057 is regular.
 TEST_CASE("a sweep knows a chaotic motion of Henon and Heiles from a regular one") {
   const json found = swept("henon_heiles --set q0=0 --set q1=-0.25 --set qdot0=0.42081 --set qdot1=0 --over q1=-0.25,0.1 --over qdot0=0.42081,0.49057 "
-                           "--record alignment --record lyapunov --t-end 2000");
+                           "--record gali --record lyapunov --t-end 2000");
   REQUIRE(found["motions"] == 4);
   const json &chaotic = found["rows"][0], &regular = found["rows"][3];
   CHECK(chaotic[2].get<double>() < 1e-8);
   CHECK_THAT(chaotic[3].get<double>(), WithinAbs(0.047, 0.02));  // of a run that is short for an exponent
   CHECK(regular[2].get<double>() > 1e-2);
   CHECK(regular[3].get<double>() < 0.01);
+}
+
+TEST_CASE("a quantity of a sweep that has a new name is taken by its old one, with a remark") {
+  const std::string sweep = "sweep henon_heiles --over q1=0.1,0.2 --t-end 10 --quiet --json --record ";
+  const auto old = qdot(sweep + "alignment"), now = qdot(sweep + "gali");
+  CHECK(old.status == 0);
+  CHECK(old.out == now.out);
+  CHECK(old.err == "qdot sweep: --record alignment is deprecated; say --record gali\n");
 }
 
 TEST_CASE("what a motion meets stands in its cell, and the others are there") {

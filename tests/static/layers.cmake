@@ -8,7 +8,8 @@ set(rooms ad/forward ad/records ad/formula ad/native ad/series mechanics/equatio
   effects/rows effects/equations integrate/steps integrate/watch integrate/accurate integrate/driver integrate/lanes integrate/cvode integrate/mpi analysis/linear analysis/symmetry analysis/variations analysis/orbits analysis/branches analysis/fit analysis/paths analysis/optimal report/equations)
 set(sundials_folders "(cvodes?|sundials|nvector|sunmatrix|sunlinsol|sunnonlinsol|arkode|idas?|kinsol)")
 
-set(mpi_headers "^integrate/(simulate_many_mpi\\.hpp|mpi/)")
+set(optimal_headers "^analysis/(optimal|trajectory_optimization)")
+set(mpi_headers "^integrate/((ensemble|simulate_many)_mpi\\.hpp|mpi/)")
 
 set(violations)
 file(GLOB_RECURSE headers RELATIVE ${INCLUDE_DIR} ${INCLUDE_DIR}/*.hpp ${INCLUDE_DIR}/*.ipp)
@@ -39,7 +40,7 @@ foreach(header IN LISTS headers)
       if(included MATCHES "^integrate/cvode" AND NOT header MATCHES "^integrate/cvode")
         list(APPEND violations "${header} includes ${included}, which needs SUNDIALS")
       endif()
-      if(included MATCHES "^analysis/optimal" AND NOT header MATCHES "^analysis/optimal")
+      if(included MATCHES "${optimal_headers}" AND NOT header MATCHES "${optimal_headers}")
         list(APPEND violations "${header} includes ${included}, which belongs to the component optimal")
       endif()
       if(included MATCHES "${mpi_headers}" AND NOT header MATCHES "${mpi_headers}")

@@ -123,8 +123,8 @@ TEST_CASE("walls far from t = 0 turn a body round when it meets them") {
         options.stop_times = {t0 + direction * length * 0.5};
         options.output_times = {t0 + direction * length * 0.25, t0 + direction * length * 0.75};
         const auto run = simulate(free, at(t0, 0.25, direction * speed), t0 + direction * length, method, options,
-                                  events(event("left", [](const auto& q) { return q[0]; }).falling().then(turn),
-                                         event("right", [](const auto& q) { return 1.0 - q[0]; }).falling().then(turn)));
+                                  events(event("left", [](const auto& q) { return q[0]; }).falling().action(turn),
+                                         event("right", [](const auto& q) { return 1.0 - q[0]; }).falling().action(turn)));
         INFO(run.message);
         REQUIRE(run.completed());
         CHECK(run.events.size() == 40);
@@ -164,10 +164,10 @@ TEST_CASE("events that follow each other within 20 µs of a Unix time are two, a
   std::vector<std::string> met;
   int kicks = 0;
   const auto run = simulate(free, at(1.7e9, 0.0, 1.0), 1.7e9 + 1.0, Dop853{}, {},
-                            events(event("second", [](const auto& q) { return q[0] - 0.5 - 1e-6; }).then([&](State<1>&) { met.push_back("second"); }),
-                                   event("first", [](const auto& q) { return q[0] - 0.5; }).then([&](State<1>&) { met.push_back("first"); }),
+                            events(event("second", [](const auto& q) { return q[0] - 0.5 - 1e-6; }).action([&](State<1>&) { met.push_back("second"); }),
+                                   event("first", [](const auto& q) { return q[0] - 0.5; }).action([&](State<1>&) { met.push_back("first"); }),
                                    event("comb", [](const auto& q) { return std::sin(1e5 * q[0]) + (q[0] < 0.6 || q[0] > 0.6003 ? 9.0 : 0.0); })
-                                       .then([&](State<1>&) { ++kicks; })));
+                                       .action([&](State<1>&) { ++kicks; })));
   INFO(run.message);
   REQUIRE(run.completed());
   CHECK(met == std::vector<std::string>{"first", "second"});
@@ -181,7 +181,7 @@ TEST_CASE("a push at a moment far from t = 0 is given once, and the run goes on"
     const auto run = simulate(oscillator(1.0), at(t0, 1.0, 0.0), t0 + 4.0, Dop853{}, fine,
                               events(event("push", [pushed_at](const auto&, const auto&, const auto& t) {
                                        return t - pushed_at;
-                                     }).then([](State<1>& s) { s.qdot[0] += 0.5; })));
+                                     }).action([](State<1>& s) { s.qdot[0] += 0.5; })));
     CAPTURE(t0, run.message);
     REQUIRE(run.completed());
     CHECK(run.events.size() == 1);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // Many motions in threads are the same bits as one after another; under the thread sanitizer.
-#include "qdot/integrate/simulate_many.hpp"
+#include "qdot/integrate/ensemble.hpp"
 
 #include <array>
 #include <cmath>
@@ -40,9 +40,9 @@ double angle_of(std::size_t i) {
 
 TEST_CASE("many motions in threads are the bits of one after another, whatever the threads and chunks") {
   constexpr std::size_t count = 101;
-  for (const ManyOptions& many : {ManyOptions{.threads = 1}, ManyOptions{.threads = 4}, ManyOptions{.threads = 3, .chunk = 7},
-                                  ManyOptions{.threads = 2, .chunk = std::numeric_limits<std::size_t>::max()}, ManyOptions{}}) {
-    const auto all = simulate_many(count, angle_of, many);
+  for (const EnsembleOptions& many : {EnsembleOptions{.threads = 1}, EnsembleOptions{.threads = 4}, EnsembleOptions{.threads = 3, .chunk = 7},
+                                      EnsembleOptions{.threads = 2, .chunk = std::numeric_limits<std::size_t>::max()}, EnsembleOptions{}}) {
+    const auto all = ensemble(count, angle_of, many);
     REQUIRE(all.size() == count);
     std::size_t same = 0;
     for (std::size_t i = 0; i < count; ++i) same += all[i].value == angle_of(i);
@@ -55,7 +55,7 @@ TEST_CASE("a reduction sees motions in the order of their numbers, and one at a 
   double expected = 0.0;
   for (std::size_t i = 0; i < 5000; ++i) expected += number(i);
   std::size_t next = 0;
-  const double sum = simulate_many(
+  const double sum = ensemble(
       5000, number, 0.0,
       [&](double& value, std::size_t i, Kept<double>&& kept) {
         CHECK(i == next);
@@ -67,7 +67,7 @@ TEST_CASE("a reduction sees motions in the order of their numbers, and one at a 
 }
 
 TEST_CASE("what a motion throws stays with its number, and the rest goes on") {
-  const auto all = simulate_many(
+  const auto all = ensemble(
       50,
       [](std::size_t i) {
         if (i == 13) throw std::runtime_error("unlucky");
@@ -86,9 +86,9 @@ TEST_CASE("what a reduction throws ends the study") {
   const auto stop = [](int&, std::size_t i, Kept<std::size_t>&&) {
     if (i == 20) throw std::runtime_error("enough");
   };
-  CHECK_THROWS_AS(simulate_many(100'000, [](std::size_t i) { return i; }, 0, stop, {.threads = 4}), std::runtime_error);
-  CHECK(simulate_many(0, [](std::size_t i) { return i; }).empty());
-  CHECK(error_message([] { simulate_many(1, [](std::size_t i) { return i; }, {.threads = -2}); }).find("must not be negative, but is -2") != std::string::npos);
+  CHECK_THROWS_AS(ensemble(100'000, [](std::size_t i) { return i; }, 0, stop, {.threads = 4}), std::runtime_error);
+  CHECK(ensemble(0, [](std::size_t i) { return i; }).empty());
+  CHECK(error_message([] { ensemble(1, [](std::size_t i) { return i; }, {.threads = -2}); }).find("must not be negative, but is -2") != std::string::npos);
 }
 
 TEST_CASE("random numbers by counter are those that their authors publish") {

@@ -106,7 +106,7 @@ constexpr double rounded = 1e-10;
 // As many steps as alone, and ends apart by rounding.
 template <class Sc>
 void require_same(const Sc& model, double t_end = 5.0) {
-  const auto ends = simulate_many(model, count, start_of, t_end, Dop853{}, options, {.threads = 2});
+  const auto ends = ensemble(model, count, start_of, t_end, Dop853{}, options, {.threads = 2});
   for (std::size_t i = 0; i < count; ++i) {
     const auto alone = simulate(model, start_of(i), t_end, Dop853{}, options);
     REQUIRE(ends[i].completed());
@@ -126,7 +126,7 @@ void require_alone(const Sc& model, double t_end = 3.0) {
     start.qdot[1] = start.qdot[0] + 1.0;
     return start;
   };
-  const auto ends = simulate_many(model, 5, turning, t_end, Dop853{}, options, {.threads = 1});
+  const auto ends = ensemble(model, 5, turning, t_end, Dop853{}, options, {.threads = 1});
   for (std::size_t i = 0; i < 5; ++i) {
     const auto alone = simulate(model, turning(i), t_end, Dop853{}, options);
     REQUIRE(ends[i].completed());
@@ -147,7 +147,7 @@ TEST_CASE("damped and driven oscillators of many starts and parameters end where
                                      [](const auto& p) { return std::tuple(viscous_damping(Vector<ScalarOf<decltype(p)>, 1>(2.0 * p[3]))); }, parameters);
   const auto start = [](std::size_t i) { return State<1>{0.0, Vector<double, 1>(0.1 * static_cast<double>(i)), Vector<double, 1>(0.5)}; };
   constexpr double t_end = 7.0, error = 1e-8;  // a hundred steps of 1e-10
-  const auto ends = simulate_many(oscillators, count, start, t_end, Dop853{}, options);
+  const auto ends = ensemble(oscillators, count, start, t_end, Dop853{}, options);
   for (std::size_t i = 0; i < count; ++i) {
     const auto p = parameters(i);
     REQUIRE(ends[i].completed());
@@ -196,7 +196,7 @@ TEST_CASE("chains with plain loops go in lanes up to 16 links, and end where the
       for (int k = 0; k < n; ++k) s.q[k] = random.uniform(-0.3, 0.3);
       return s;
     };
-    const auto ends = simulate_many(chain, 9, start, 0.3, Dop853{}, options, {.threads = 1});
+    const auto ends = ensemble(chain, 9, start, 0.3, Dop853{}, options, {.threads = 1});
     for (std::size_t i = 0; i < 9; ++i) {
       const auto alone = simulate(chain, start(i), 0.3, Dop853{}, options);
       REQUIRE(ends[i].completed());
@@ -217,7 +217,7 @@ TEST_CASE("forces in lanes are lines: their functors are not asked for numbers a
                               return Vector<S, 2>(S(-0.1 * v[0]), S(-0.2 * v[1]));
                             }));
   long evaluations = 0;
-  for (const auto& end : simulate_many(pushed, count, start_of, 5.0, Dop853{}, options, {.threads = 1})) evaluations += end.value->evaluations;
+  for (const auto& end : ensemble(pushed, count, start_of, 5.0, Dop853{}, options, {.threads = 1})) evaluations += end.value->evaluations;
   CHECK(asked < evaluations / 4);  // at starts and ends
 }
 
@@ -231,7 +231,7 @@ TEST_CASE("a captured number that changes while motions go in lanes is met by al
   const auto T = [](const auto& v) { return 0.5 * v[0] * v[0]; };
   const auto check = [&](const auto& model) {
     k = 1.0;
-    const auto ends = simulate_many(model, motions, start, 1.0, Dop853{}, options, {.threads = 1});
+    const auto ends = ensemble(model, motions, start, 1.0, Dop853{}, options, {.threads = 1});
     for (std::size_t i = change; i < motions; ++i) CHECK(std::abs(ends[i].value->state.q[0] - std::cos(2.0)) < 1e-8);
   };
   check(mechanical_system<1>(T, [&k](const auto& q) { return 0.5 * k * q[0] * q[0]; }));
@@ -254,8 +254,8 @@ TEST_CASE("motions with a force that branches end where they do alone, and where
       scene(mechanical_system<2>(Arm{}),
             generalized_force([brake](const auto&, const auto& v) { return Vector<ScalarOf<decltype(v)>, 2>(brake(v[0]), brake(v[1])); }));
   constexpr double beside = 1e-7;  // a kink in the tenth derivative: errors of steps that are within the tolerance
-  const auto ends = simulate_many(braked, count, start_of, 4.0, Dop853{}, options);
-  const auto again = simulate_many(braked, count, start_of, 4.0, Dop853{}, options, {.threads = 1, .chunk = 3});
+  const auto ends = ensemble(braked, count, start_of, 4.0, Dop853{}, options);
+  const auto again = ensemble(braked, count, start_of, 4.0, Dop853{}, options, {.threads = 1, .chunk = 3});
   for (std::size_t i = 0; i < count; ++i) {
     REQUIRE(ends[i].completed());
     CHECK((ends[i].value->state.q - simulate(braked, start_of(i), 4.0, Dop853{}, options).y.head<2>()).norm() < beside);
@@ -265,7 +265,7 @@ TEST_CASE("motions with a force that branches end where they do alone, and where
     using S = ScalarOf<decltype(q)>;
     return q[0] > 0.0 ? S(q[0] - 0.5) : S(q[0] + 0.5);
   }).stop();
-  const auto stopped = simulate_many(mechanical_system<2>(Arm{}), count, start_of, 4.0, Dop853{}, options, over);
+  const auto stopped = ensemble(mechanical_system<2>(Arm{}), count, start_of, 4.0, Dop853{}, options, over);
   for (std::size_t i = 0; i < count; ++i) {
     const auto alone = simulate(mechanical_system<2>(Arm{}), start_of(i), 4.0, Dop853{}, options, over);
     CHECK(stopped[i].value->outcome == alone.outcome);
@@ -294,7 +294,7 @@ TEST_CASE("a push that begins and ends between two steps is felt in a lane as al
                                              const auto s = (t - 8.0) / 0.01;
                                              return 0.5 * q[0] * q[0] - q[0] * exp(-s * s);
                                            });
-  const auto ends = simulate_many(pushed, 9, [](std::size_t i) { return State<1>{0.1 * static_cast<double>(i), Vector<double, 1>(0.0),
+  const auto ends = ensemble(pushed, 9, [](std::size_t i) { return State<1>{0.1 * static_cast<double>(i), Vector<double, 1>(0.0),
                                                                                  Vector<double, 1>(0.0)}; }, 10.0, Dop853{}, options);
   const double impulse = 0.01 * std::sqrt(3.14159265358979323846) * std::exp(-0.25e-4);  // of a Gauss bell on an oscillator of frequency 1
   for (const auto& end : ends) {
@@ -305,9 +305,9 @@ TEST_CASE("a push that begins and ends between two steps is felt in a lane as al
 
 TEST_CASE("scenes and systems with t end with the same bits for any number of threads, any chunk and any order") {
   const auto model = scene(mechanical_system<2>(Shaken{}), viscous_damping(Eigen::Vector2d(0.1, 0.2)), quadratic_drag(tip, 0.2));
-  const auto plain = simulate_many(model, count, start_of, 4.0, Dop853{}, options, {.threads = 1});
-  const auto others = simulate_many(model, count, start_of, 4.0, Dop853{}, options, {.threads = 3, .chunk = 2});
-  auto turned = simulate_many(model, count, [](std::size_t i) { return start_of(count - 1 - i); }, 4.0, Dop853{}, options);
+  const auto plain = ensemble(model, count, start_of, 4.0, Dop853{}, options, {.threads = 1});
+  const auto others = ensemble(model, count, start_of, 4.0, Dop853{}, options, {.threads = 3, .chunk = 2});
+  auto turned = ensemble(model, count, [](std::size_t i) { return start_of(count - 1 - i); }, 4.0, Dop853{}, options);
   std::reverse(turned.begin(), turned.end());
   for (std::size_t i = 0; i < count; ++i) {
     CHECK(plain[i].value->state.q == others[i].value->state.q);
@@ -320,7 +320,7 @@ TEST_CASE("parameters of a family may enter loops that sum in the scalar of the 
   const auto parameters = [](std::size_t i) { return Vector<double, 2>(1.0 + 0.1 * static_cast<double>(i), 2.0 - 0.05 * static_cast<double>(i)); };
   const auto bobs = family<2>([](const auto& p) { return Bobs<ScalarOf<decltype(p)>>{p[0], p[1]}; }, parameters);
   CHECK(detail::lines_of_recorded<2>(detail::systems_of(bobs).recorded(), 2) != nullptr);
-  const auto ends = simulate_many(bobs, count, start_of, 4.0, Dop853{}, options);
+  const auto ends = ensemble(bobs, count, start_of, 4.0, Dop853{}, options);
   for (std::size_t i = 0; i < count; ++i) {
     const auto p = parameters(i);
     REQUIRE(ends[i].completed());
@@ -343,7 +343,7 @@ TEST_CASE("scenes of a family go in lanes with parameters of their own effects")
                       spring_damper(tip, Eigen::Vector2d(1.0, 2.0), 1.0, 0.2, 0.1));
   };
   const auto arms = family<2>([](const auto&) { return Arm{}; }, effects, parameters);
-  const auto ends = simulate_many(arms, count, start_of, 4.0, Dop853{}, options);
+  const auto ends = ensemble(arms, count, start_of, 4.0, Dop853{}, options);
   for (std::size_t i = 0; i < count; ++i) {
     const auto one = std::apply([](const auto&... e) { return scene(mechanical_system<2>(Arm{}), e...); }, effects(parameters(i)));
     const auto alone = simulate(one, start_of(i), 4.0, Dop853{}, options);

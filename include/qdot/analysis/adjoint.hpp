@@ -7,7 +7,7 @@
 //     F = ∫ g(q, q̇, p, t) dt + h(q(T), q̇(T), p, T)
 //
 //     const auto energy = [](const auto& q, const auto& qdot) { return 0.5 * qdot[0] * qdot[0]; };
-//     const auto found = functional_gradient(family, p, t_end, integral(energy), Dop853{});
+//     const auto found = adjoint_sensitivities(family, p, t_end, integral(energy), Dop853{});
 //     found.value, found.by_parameters, found.by_start, found.by_end
 //
 // Sensitivities (sensitivity.hpp) carry a column for each parameter through the run. For one number, its slope in all of them costs one run forwards and
@@ -65,7 +65,7 @@ Functional<G, H> functional(G g, H h) {
 }
 
 /// A functional of a run and its gradient.
-struct FunctionalGradient {
+struct AdjointSensitivities {
   Outcome outcome = Outcome::completed;  ///< how the run ended
   std::string message;                   ///< how the run ended, with the numbers and what to do
   double value = 0.0;                    ///< F, up to where the run came
@@ -126,7 +126,7 @@ Term term_of(const G& g, Eigen::Index dof, const Eigen::VectorXd& p) {
 // @param late  ∂t₀/∂p
 template <class = void>  // compiled only where it is called
 void gather(VariationalEquations& equations, const JumpRecorder<>& recorder, const Eigen::MatrixXd& Phi, const Eigen::VectorXd& late,
-            const NamedSurface* end, const Term& g, const Term& h, double rtol, FunctionalGradient& result) {
+            const NamedSurface* end, const Term& g, const Term& h, double rtol, AdjointSensitivities& result) {
   const Run<Dynamic>& run = result.run;
   AdjointEquations<> adjoint(equations, run.trajectory, g, rtol);
   const std::vector<Eigen::Index>& entries = equations.start_entries();
@@ -163,8 +163,8 @@ void gather(VariationalEquations& equations, const JumpRecorder<>& recorder, con
 }
 
 template <class Model, class Start, class List, class StartSlope, class G, class H>
-auto functional_gradient_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options, const Functional<G, H>& of,
-                            const Eigen::VectorXd& p, const StartSlope& slope_of_start) {
+auto adjoint_sensitivities_of(Model model, const Start& start, const List& list, double t_end, const auto& method, Options options, const Functional<G, H>& of,
+                              const Eigen::VectorXd& p, const StartSlope& slope_of_start) {
   static_assert(is_explicit_method<std::remove_cvref_t<decltype(method)>>, "qdot: what derivatives are asked of is integrated by Dop853 or Dopri5");
   using V = Variations<Model>;
   require_valid(options, model.form.size());
@@ -181,7 +181,7 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
   const auto erased = erased_events(list, equations, recorder);
   const std::vector<NamedSurface> surfaces = surfaces_of(list, equations);
 
-  FunctionalGradient result;
+  AdjointSensitivities result;
   FunctorBranches<> branches(equations);
   try {
     const FirstOrderState from{start.t, both.head(size)};
@@ -223,11 +223,11 @@ auto functional_gradient_of(Model model, const Start& start, const List& list, d
 /// @throws         as sensitivities()
 template <class System, class Start, class G, class H, class Method, class... Events>
   requires(!detail::is_callable<const System&, const Start&>)
-auto functional_gradient(const System& system, const Start& start, double t_end, const Functional<G, H>& of, const Method& method,
-                         const Options& options = {}, const EventList<Events...>& events = {}) {
+auto adjoint_sensitivities(const System& system, const Start& start, double t_end, const Functional<G, H>& of, const Method& method,
+                           const Options& options = {}, const EventList<Events...>& events = {}) {
   using Form = detail::FormOf<System>;
-  return detail::functional_gradient_of(detail::FixedModel<Form, EventList<Events...>>{first_order_form(system), events}, start, events, t_end, method,
-                                        options, of, Eigen::VectorXd(), detail::FixedStart{});
+  return detail::adjoint_sensitivities_of(detail::FixedModel<Form, EventList<Events...>>{first_order_form(system), events}, start, events, t_end, method,
+                                          options, of, Eigen::VectorXd(), detail::FixedStart{});
 }
 
 /// A functional of the motion, and its gradient with respect to its start and to parameters of T and V. Arguments and cost are
@@ -237,10 +237,10 @@ auto functional_gradient(const System& system, const Start& start, double t_end,
 /// @param p            parameters
 template <class EnergiesOf, class P, int n, class G, class H, class Method, class... Events>
   requires detail::is_callable<const EnergiesOf&, const P&>
-auto functional_gradient(const EnergiesOf& energies_of, const P& p, const State<n>& start, double t_end, const Functional<G, H>& of, const Method& method,
-                         const Options& options = {}, const EventList<Events...>& events = {}) {
-  return detail::functional_gradient_of(detail::energies_model<n>(energies_of, p, events), start, events, t_end, method, options, of,
-                                        Eigen::VectorXd(p), detail::FixedStart{});
+auto adjoint_sensitivities(const EnergiesOf& energies_of, const P& p, const State<n>& start, double t_end, const Functional<G, H>& of, const Method& method,
+                           const Options& options = {}, const EventList<Events...>& events = {}) {
+  return detail::adjoint_sensitivities_of(detail::energies_model<n>(energies_of, p, events), start, events, t_end, method, options, of,
+                                          Eigen::VectorXd(p), detail::FixedStart{});
 }
 
 /// A functional and its gradient with respect to p, for a family of problems, which may differ in everything.
@@ -248,11 +248,37 @@ auto functional_gradient(const EnergiesOf& energies_of, const P& p, const State<
 /// @param family  p ↦ problem(system or scene, start, events(…)) for a vector p of double
 template <class Family, class P, class G, class H, class Method>
   requires detail::is_callable<const Family&, const P&>
-auto functional_gradient(const Family& family, const P& p, double t_end, const Functional<G, H>& of, const Method& method, const Options& options = {}) {
+auto adjoint_sensitivities(const Family& family, const P& p, double t_end, const Functional<G, H>& of, const Method& method, const Options& options = {}) {
   detail::FamilyModel<Family, P> model(family, p);
   const auto nominal = model.nominal;
-  return detail::functional_gradient_of(std::move(model), nominal.start, nominal.events, t_end, method, options, of, Eigen::VectorXd(p),
-                                        detail::SlopeOfFamilyStart{});
+  return detail::adjoint_sensitivities_of(std::move(model), nominal.start, nominal.events, t_end, method, options, of, Eigen::VectorXd(p),
+                                          detail::SlopeOfFamilyStart{});
+}
+
+// Old names, accepted until 0.4.
+
+using FunctionalGradient [[deprecated("qdot: say AdjointSensitivities")]] = AdjointSensitivities;
+
+/// adjoint_sensitivities() by its old name.
+template <class System, class Start, class G, class H, class Method, class... Events>
+  requires(!detail::is_callable<const System&, const Start&>)
+[[deprecated("qdot: say adjoint_sensitivities()")]]
+auto functional_gradient(const System& system, const Start& start, double t_end, const Functional<G, H>& of, const Method& method,
+                         const Options& options = {}, const EventList<Events...>& events = {}) {
+  return adjoint_sensitivities(system, start, t_end, of, method, options, events);
+}
+template <class EnergiesOf, class P, int n, class G, class H, class Method, class... Events>
+  requires detail::is_callable<const EnergiesOf&, const P&>
+[[deprecated("qdot: say adjoint_sensitivities()")]]
+auto functional_gradient(const EnergiesOf& energies_of, const P& p, const State<n>& start, double t_end, const Functional<G, H>& of, const Method& method,
+                         const Options& options = {}, const EventList<Events...>& events = {}) {
+  return adjoint_sensitivities(energies_of, p, start, t_end, of, method, options, events);
+}
+template <class Family, class P, class G, class H, class Method>
+  requires detail::is_callable<const Family&, const P&>
+[[deprecated("qdot: say adjoint_sensitivities()")]]
+auto functional_gradient(const Family& family, const P& p, double t_end, const Functional<G, H>& of, const Method& method, const Options& options = {}) {
+  return adjoint_sensitivities(family, p, t_end, of, method, options);
 }
 
 }  // namespace qdot

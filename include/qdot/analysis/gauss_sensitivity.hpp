@@ -62,7 +62,8 @@ class VariationalGaussStepper {
   const Failure& failure() const noexcept { return motion_.failure(); }
   double t() const noexcept { return motion_.t(); }
   double t_previous() const noexcept { return motion_.t_previous(); }
-  Moment moment() const noexcept { return motion_.moment(); }
+  TimePoint time_point() const noexcept { return motion_.time_point(); }
+  [[deprecated("qdot: say time_point()")]] TimePoint moment() const noexcept { return time_point(); }
   const Eigen::VectorXd& y() const noexcept { return y_; }
   int order() const noexcept { return motion_.order(); }
   const Statistics& statistics() const noexcept { return motion_.statistics(); }
@@ -70,7 +71,7 @@ class VariationalGaussStepper {
   /// Starts (afresh) at (t, [y; Φ]).
   ///
   /// @throws as GaussStepper of the motion
-  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     motion_.reset(at, y.head(2 * n_));
     y_ = before_ = y;
     take_columns();
@@ -87,10 +88,10 @@ class VariationalGaussStepper {
 
   /// One step towards t_limit.
   bool step(double t_limit) {
-    const double elapsed = motion_.moment().elapsed;
+    const double elapsed = motion_.time_point().elapsed;
     if (!motion_.step(t_limit)) return false;
     before_ = y_;
-    move_columns(motion_.moment().elapsed - elapsed);
+    move_columns(motion_.time_point().elapsed - elapsed);
     is_dense_ = false;
     return true;
   }

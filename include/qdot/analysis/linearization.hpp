@@ -31,7 +31,7 @@
 // differ.
 //
 // The state need not rest: `drift` is P f, what x does by itself. Stability, modes and regulators (damped_modes.hpp,
-// regulator.hpp) ask that it is zero but for cyclic coordinates that turn.
+// lqr.hpp) ask that it is zero but for cyclic coordinates that turn.
 
 #include <cmath>
 #include <cstddef>

@@ -48,28 +48,31 @@
 namespace qdot {
 
 /// The axes of the ellipsoid that a sphere of small deviations becomes.
-struct Stretching {
+struct FiniteTimeLyapunov {
   Eigen::VectorXd sigma;  ///< lengths, falling
   Eigen::MatrixXd start;  ///< in columns, what is stretched so: at the start
   Eigen::MatrixXd end;    ///< and what becomes of it, both of length 1
+
+  /// The exponents ln(σ)/|t| of a Φ over a time t, falling; −∞ where σ is 0.
+  Eigen::VectorXd exponents(double t) const { return sigma.array().log() / std::abs(t); }
 };
 
-/// The singular values of Φ and their directions.
+/// The singular values σ of Φ and their directions; Lyapunov's exponents for a finite time t are ln(σ)/t, `.exponents(t)`.
 ///
 /// Small ones are good to some ε σ₁, not to their own size.
 ///
 /// @param Phi  square or not, finite
 /// @throws InvalidValue  when Φ is not finite
 template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
-Stretching stretching(const std::type_identity_t<MatrixXd>& Phi) {
+FiniteTimeLyapunov finite_time_lyapunov(const std::type_identity_t<MatrixXd>& Phi) {
   if (!Phi.allFinite())
-    throw InvalidValue("the matrix of a stretching must be finite, but it has NaN or infinity in it; end the run earlier, or ask for lyapunov_spectrum()");
+    throw InvalidValue("finite_time_lyapunov: Phi must be finite, but it has NaN or infinity in it; end the run earlier, or ask for lyapunov_spectrum()");
   const Eigen::JacobiSVD<MatrixXd> svd(Phi, Eigen::ComputeThinU | Eigen::ComputeThinV);
   return {svd.singularValues(), svd.matrixV(), svd.matrixU()};
 }
 
 #ifdef QDOT_COMPILED_ANALYSIS
-extern template Stretching stretching<Eigen::MatrixXd>(const Eigen::MatrixXd&);
+extern template FiniteTimeLyapunov finite_time_lyapunov<Eigen::MatrixXd>(const Eigen::MatrixXd&);
 #endif
 
 /// How exponents are measured.
@@ -226,6 +229,17 @@ LyapunovSpectrum lyapunov_spectrum(const System& system, const Start& start, dou
                                    const LyapunovOptions& wanted = {}, const EventList<Events...>& events = {}) {
   const auto flow = detail::flow_in_pieces(system, method, options, events);
   return detail::lyapunov_spectrum_of<Eigen::MatrixXd>(flow, start.t, detail::packed(first_order_form(system), start), t_end, wanted);
+}
+
+// Old names, accepted until 0.4.
+
+using Stretching [[deprecated("qdot: say FiniteTimeLyapunov")]] = FiniteTimeLyapunov;
+
+/// finite_time_lyapunov() by its old name.
+template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
+[[deprecated("qdot: say finite_time_lyapunov()")]]
+FiniteTimeLyapunov stretching(const std::type_identity_t<MatrixXd>& Phi) {
+  return finite_time_lyapunov(Phi);
 }
 
 }  // namespace qdot

@@ -4,14 +4,14 @@
 // Families of periodic orbits
 // ===========================
 //
-//     const auto swings = family_of_orbits(pendulum, State<1>{0.0, {0.3}, {0.0}}, 6.3, in_energy(0.9));
+//     const auto swings = continue_orbits(pendulum, State<1>{0.0, {0.3}, {0.0}}, 6.3, in_energy(0.9));
 //     for (const auto& orbit : swings.orbits) … orbit.energy, orbit.period, orbit.stability
 //
 // A periodic orbit is seldom alone. Where energy is conserved there is one for each energy, and the family is followed in the
 // energy or in the period. A limit cycle, or the answer to a drive, changes with a parameter; then the problem is given as
 // p ↦ problem(scene, start, events), and the family is followed in p:
 //
-//     family_of_orbits([](const auto& p) { return problem(oscillator(p[0]), start); }, 0.2, 6.3, in_parameter(3.0), hold_nothing())
+//     continue_orbits([](const auto& p) { return problem(oscillator(p[0]), start); }, 0.2, 6.3, in_parameter(3.0), hold_nothing())
 //
 // The curve of orbits is followed by its arc length (orbits/branch.hpp), so it may turn back. It ends at the value that was
 // asked for, or where it comes back to the value that it began with. On the way special points are located:
@@ -274,7 +274,7 @@ class FollowedFamily {
 // The first orbit is sought with everything held; then all is free but what `held` says.
 template <class = void>  // compiled only where it is called
 OrbitsOfFamily family_from(const Shooting& of, Eigen::VectorXd X, const FamilyIn& in, Held held, const FamilyOptions& options) {
-  constexpr const char* who = "family_of_orbits";
+  constexpr const char* who = "continue_orbits";
   using What = BranchQuantity::What;
   const Eigen::Index N = of.size();
   require_family(who, of, X, in, options);
@@ -310,10 +310,10 @@ extern template OrbitsOfFamily family_from<void>(const Shooting&, Eigen::VectorX
 /// @return        the orbits in their order, special points among them, and how the family ended
 /// @throws        as periodic_orbit_near(); InvalidValue for steps that are not positive
 template <class System, int n, class Method = Dop853, class... Events>
-OrbitFamily<n> family_of_orbits(const System& system, const State<n>& start, double period, const FamilyIn& in, const FamilyOptions& options = {},
-                                const EventList<Events...>& events = {}, const Method& method = {}) {
+OrbitFamily<n> continue_orbits(const System& system, const State<n>& start, double period, const FamilyIn& in, const FamilyOptions& options = {},
+                               const EventList<Events...>& events = {}, const Method& method = {}) {
   if (in.what == detail::BranchQuantity::What::parameter)
-    throw InvalidValue("family_of_orbits: a family in a parameter needs p -> problem(system, start, events), but a system was given; pass such a function");
+    throw InvalidValue("continue_orbits: a family in a parameter needs p -> problem(system, start, events), but a system was given; pass such a function");
   using Family = detail::OneProblem<decltype(problem(system, start, events))>;
   const detail::ShootingOf<Family, Method, false> shooting({problem(system, start, events)}, start.t, 0.0, method, options.orbit.integration);
   return {detail::family_from(shooting, detail::closing_guess(system, start, period, 0.0), in, hold_nothing(), options)};
@@ -329,12 +329,29 @@ OrbitFamily<n> family_of_orbits(const System& system, const State<n>& start, dou
 /// @throws        as above, and as sensitivities() of a family
 template <class Family, class Method = Dop853>
   requires std::is_invocable_v<const Family&, const Vector<double, 1>&>
-auto family_of_orbits(const Family& family, double p, double period, const FamilyIn& in, const Held& held, const FamilyOptions& options = {},
-                      const Method& method = {}) {
+auto continue_orbits(const Family& family, double p, double period, const FamilyIn& in, const Held& held, const FamilyOptions& options = {},
+                     const Method& method = {}) {
   const auto first = family(Vector<double, 1>(p));
   constexpr int n = std::remove_cvref_t<decltype(first.system)>::dof_at_compile_time;
   const detail::ShootingOf<Family, Method, true> shooting(family, first.start.t, p, method, options.orbit.integration);
   return OrbitFamily<n>{detail::family_from(shooting, detail::closing_guess(first.system, first.start, period, p), in, held, options)};
+}
+
+// Old names, accepted until 0.4.
+
+/// continue_orbits() by its old name.
+template <class System, int n, class Method = Dop853, class... Events>
+[[deprecated("qdot: say continue_orbits()")]]
+OrbitFamily<n> family_of_orbits(const System& system, const State<n>& start, double period, const FamilyIn& in, const FamilyOptions& options = {},
+                                const EventList<Events...>& events = {}, const Method& method = {}) {
+  return continue_orbits(system, start, period, in, options, events, method);
+}
+template <class Family, class Method = Dop853>
+  requires std::is_invocable_v<const Family&, const Vector<double, 1>&>
+[[deprecated("qdot: say continue_orbits()")]]
+auto family_of_orbits(const Family& family, double p, double period, const FamilyIn& in, const Held& held, const FamilyOptions& options = {},
+                      const Method& method = {}) {
+  return continue_orbits(family, p, period, in, held, options, method);
 }
 
 }  // namespace qdot

@@ -29,7 +29,7 @@
 #include <Eigen/Core>
 
 #include "qdot/analysis/linearization.hpp"
-#include "qdot/analysis/regulator.hpp"
+#include "qdot/analysis/lqr.hpp"
 #include "qdot/error.hpp"
 
 namespace qdot {
@@ -43,7 +43,7 @@ struct SampledLinearization {
 };
 
 /// The feedback u = −K x at ticks and what it does.
-struct SampledRegulator {
+struct SampledLqr {
   Eigen::MatrixXd K;             ///< inputs×N
   Eigen::MatrixXd P;             ///< N×N, symmetric: xᵀP x is the cost of bringing x to rest
   Eigen::VectorXcd multipliers;  ///< eigenvalues of A − B K, all inside the unit circle, sorted by imaginary, then by real part
@@ -81,7 +81,7 @@ Matrix sum_of_powers(Matrix M, Matrix W) {
 }
 
 template <class Matrix, class Name>
-SampledRegulator sampled_regulator_of(const Matrix& A, const Matrix& B, const Matrix& Q, const Matrix& R, const Name& name) {
+SampledLqr sampled_lqr_of(const Matrix& A, const Matrix& B, const Matrix& Q, const Matrix& R, const Name& name) {
   require_costs(A, B, Q, R);
   require_stabilizable(A, B, name, true);
   constexpr int most_steps = 60;
@@ -99,7 +99,7 @@ SampledRegulator sampled_regulator_of(const Matrix& A, const Matrix& B, const Ma
     H += further;
     if (!(further.norm() > 1e-12 * H.norm())) break;
   }
-  SampledRegulator result;
+  SampledLqr result;
   result.P = 0.5 * (H + H.transpose());
   result.K = gain(result.P);
   for (int k = 0; k < most_steps; ++k) {
@@ -116,10 +116,10 @@ SampledRegulator sampled_regulator_of(const Matrix& A, const Matrix& B, const Ma
   result.multipliers = sorted_exponents(closed.lambda);
   const double slowest = closed.lambda.cwiseAbs().maxCoeff();
   if (!(slowest < 1.0 - 1e-9))
-    throw_invalid_value({"regulator: every mode that lasts must show in Q, but the optimal loop would leave a multiplier of ", {slowest, 12},
+    throw_invalid_value({"lqr: every mode that lasts must show in Q, but the optimal loop would leave a multiplier of ", {slowest, 12},
                          ", at the unit circle; give its coordinate a cost in Q"});
   if (!(result.residual <= 1e-8))
-    throw_invalid_value({"regulator: Riccati's equation must be solved to 1e-8, but its residual is ", {result.residual, 6},
+    throw_invalid_value({"lqr: Riccati's equation must be solved to 1e-8, but its residual is ", {result.residual, 6},
                          "; scale x, u, Q and R so that they are of like size, or take longer ticks"});
   return result;
 }
@@ -159,9 +159,9 @@ SampledLinearization sampled(const L& linear, double dt) {
 ///                         does not show in Q, or the solution has fewer than eight digits
 /// @throws DimensionError  when sizes disagree
 template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
-SampledRegulator sampled_regulator(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<MatrixXd>& B, const std::type_identity_t<MatrixXd>& Q,
-                                   const std::type_identity_t<MatrixXd>& R) {
-  return detail::sampled_regulator_of(A, B, Q, R, [](Eigen::Index i) { return "x" + std::to_string(i); });
+SampledLqr sampled_lqr(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<MatrixXd>& B, const std::type_identity_t<MatrixXd>& Q,
+                       const std::type_identity_t<MatrixXd>& R) {
+  return detail::sampled_lqr_of(A, B, Q, R, [](Eigen::Index i) { return "x" + std::to_string(i); });
 }
 
 /// The sampled regulator of a linearization at an equilibrium or a steady motion: u_k − u₀ = −K x_k.
@@ -169,9 +169,28 @@ SampledRegulator sampled_regulator(const std::type_identity_t<MatrixXd>& A, cons
 /// @throws as above; and InvalidValue when the state does not stay
 template <class L, class MatrixXd = Eigen::MatrixXd>
   requires std::is_same_v<L, SampledLinearization>
-SampledRegulator regulator(const L& at_ticks, const std::type_identity_t<MatrixXd>& Q, const std::type_identity_t<MatrixXd>& R) {
-  detail::require_staying(at_ticks.linear, "regulator");
-  return detail::sampled_regulator_of(at_ticks.A, at_ticks.B, Q, R, [&](Eigen::Index i) { return at_ticks.linear.states[static_cast<std::size_t>(i)]; });
+SampledLqr lqr(const L& at_ticks, const std::type_identity_t<MatrixXd>& Q, const std::type_identity_t<MatrixXd>& R) {
+  detail::require_staying(at_ticks.linear, "lqr");
+  return detail::sampled_lqr_of(at_ticks.A, at_ticks.B, Q, R, [&](Eigen::Index i) { return at_ticks.linear.states[static_cast<std::size_t>(i)]; });
+}
+
+// Old names, accepted until 0.4.
+
+using SampledRegulator [[deprecated("qdot: say SampledLqr")]] = SampledLqr;
+
+/// sampled_lqr() by its old name.
+template <class MatrixXd = Eigen::MatrixXd>  // compiled only where it is called
+[[deprecated("qdot: say sampled_lqr()")]]
+SampledLqr sampled_regulator(const std::type_identity_t<MatrixXd>& A, const std::type_identity_t<MatrixXd>& B, const std::type_identity_t<MatrixXd>& Q,
+                             const std::type_identity_t<MatrixXd>& R) {
+  return sampled_lqr(A, B, Q, R);
+}
+/// lqr() by its old name.
+template <class L, class MatrixXd = Eigen::MatrixXd>
+  requires std::is_same_v<L, SampledLinearization>
+[[deprecated("qdot: say lqr()")]]
+SampledLqr regulator(const L& at_ticks, const std::type_identity_t<MatrixXd>& Q, const std::type_identity_t<MatrixXd>& R) {
+  return lqr(at_ticks, Q, R);
 }
 
 }  // namespace qdot

@@ -143,9 +143,9 @@ class CrossingRecord {
       text += sentence({"; its function went from ", {least_, 4}, " to ", {most_, 4}, " at the ends of steps: ",
                         least_ < 0.0 && most_ > 0.0 ? "give a later t_end" : "give a surface that the motion crosses, or a later t_end"});
     if (how == SectionOutcome::run_ended) text += "; the run ended as " + of_run_in_words;
-    if (statistics.rough_events > 0)
-      text += sentence({"; crossings may have been missed, for the function could not be followed in ", statistics.rough_events, " steps, first at t = ",
-                        statistics.rough_event_time, ": let it be smooth, or give a max_step"});
+    if (statistics.unresolved_events > 0)
+      text += sentence({"; crossings may have been missed, for the function could not be followed in ", statistics.unresolved_events, " steps, first at t = ",
+                        statistics.unresolved_event_time, ": let it be smooth, or give a max_step"});
     return text;
   }
 
@@ -194,7 +194,7 @@ struct Everywhere {
 template <class System, class Start, class G, class Action, class Method = Dop853, class Where = detail::Everywhere, class... Events>
 auto poincare_section(const System& system, const Start& start, const Event<G, Action>& surface, long count, double t_end, const Method& method = {},
                       Options options = {}, const EventList<Events...>& others = {}, const Where& where = {}) {
-  static_assert(Event<G, Action>::records, "qdot: the surface of a section is an event that only looks: leave .stop() and .then() out");
+  static_assert(Event<G, Action>::records, "qdot: the surface of a section is an event that only looks: leave .stop() and .action() out");
   using Form = std::remove_cvref_t<decltype(first_order_form(system))>;
   constexpr int n = detail::dof_at_compile_time<Form>();
   const auto form = first_order_form(system);

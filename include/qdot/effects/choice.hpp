@@ -3,10 +3,12 @@
 //
 // Effects that are in a scene or not, by a constant known to the compiler:
 //
-//     scene(cart, only_if<with_friction>(friction), only_if<with_motor>(motor))
+//     scene(cart, optional<with_friction>(friction), optional<with_motor>(motor))
 //
 // An effect that is off leaves no trace: scene() drops it before the scene's type is made. So the scene has the same type as one
 // without it, and the same instructions run.
+//
+// Where a file says `using namespace std;` as well, write qdot::optional: std::optional is something else.
 
 #include <tuple>
 #include <type_traits>
@@ -21,7 +23,7 @@ struct Absent {};
 
 /// The effect where `on`, and nothing otherwise.
 template <bool on, class Effect>
-auto only_if(Effect effect) {
+auto optional(Effect effect) {
   if constexpr (on) {
     return effect;
   } else {
@@ -48,6 +50,15 @@ template <class E, int n, Inertia inertia, class... Effects>
 auto scene(System<E, n, inertia> system, Effects... effects) {
   return std::apply([&](auto... present) { return scene(std::move(system), std::move(present)...); },
                     std::tuple_cat(detail::present(std::move(effects))...));
+}
+
+// Old names, accepted until 0.4.
+
+/// optional() by its old name.
+template <bool on, class Effect>
+[[deprecated("qdot: say optional()")]]
+auto only_if(Effect effect) {
+  return qdot::optional<on>(std::move(effect));
 }
 
 }  // namespace qdot

@@ -75,7 +75,7 @@ Eigen::VectorXd impulses(const Eigen::MatrixXd& A, Eigen::VectorXd& u, const std
 
 }  // namespace detail
 
-/// The change of state of a system without constraints that hits one gap; for event(…).then(…).
+/// The change of state of a system without constraints that hits one gap; for event(…).action(…).
 template <class Sys, class Gap>
 struct Impact {
   static constexpr bool is_barrier = true;  ///< the velocity turns: the motion does not pass g = 0
@@ -95,7 +95,7 @@ struct Impact {
   }
 };
 
-/// The impact law of one gap φ(q) or φ(q, t) ≥ 0 of a system, by itself: events(event("hit", gap).falling().then(impact(system, gap, law))).
+/// The impact law of one gap φ(q) or φ(q, t) ≥ 0 of a system, by itself: events(event("hit", gap).falling().action(impact(system, gap, law))).
 ///
 /// It keeps bouncing until the impacts accumulate; a contact() in a scene comes to rest, and knows about other constraints.
 template <class Sys, class Gap>

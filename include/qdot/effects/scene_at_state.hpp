@@ -76,16 +76,16 @@ AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene
 /// @param qddot  the wanted accelerations, n
 /// @throws DimensionError  when n is known at run time and a size disagrees
 template <class Sys, class... Effects>
-Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, const Coordinates<Sys>& qddot,
-                                 double t, const EffectStates<Scene<Sys, Effects...>>& z) {
-  Coordinates<Sys> F = motion_residual(scene.system(), q, qdot, qddot, t);
+Coordinates<Sys> inverse_dynamics(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, const Coordinates<Sys>& qddot,
+                                  double t, const EffectStates<Scene<Sys, Effects...>>& z) {
+  Coordinates<Sys> F = inverse_dynamics(scene.system(), q, qdot, qddot, t);
   if constexpr (Scene<Sys, Effects...>::has_forces) F -= effect_forces(scene, q, qdot, z, t);
   return F;
 }
 template <class Sys, class... Effects>
-Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, const Coordinates<Sys>& qddot,
-                                 double t = 0.0) {
-  return motion_residual(scene, q, qdot, qddot, t, detail::states_at(scene, q, qdot, t));
+Coordinates<Sys> inverse_dynamics(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, const Coordinates<Sys>& qddot,
+                                  double t = 0.0) {
+  return inverse_dynamics(scene, q, qdot, qddot, t, detail::states_at(scene, q, qdot, t));
 }
 
 /// q̈ of a scene at a State, with the effects' own states z, n.
@@ -109,10 +109,10 @@ AccelerationJacobian<Sys::dof_at_compile_time> acceleration_jacobian(const Scene
 }
 /// Forces M q̈ − rhs − ΣQ of a motion of a scene at a State, with z, n.
 template <class Sys, class... Effects>
-Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot,
-                                 const EffectStates<Scene<Sys, Effects...>>& z) {
+Coordinates<Sys> inverse_dynamics(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot,
+                                  const EffectStates<Scene<Sys, Effects...>>& z) {
   detail::require_sizes(scene, state.q, state.qdot);
-  return motion_residual(scene, state.q, state.qdot, qddot, state.t, z);
+  return inverse_dynamics(scene, state.q, state.qdot, qddot, state.t, z);
 }
 /// Generalized reaction forces Jᵀλ of a scene at a State, with z, n.
 template <class Sys, class... Effects>
@@ -125,6 +125,28 @@ template <class Sys, class... Effects>
 double power(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const EffectStates<Scene<Sys, Effects...>>& z) {
   detail::require_sizes(scene, state.q, state.qdot);
   return power(scene, state.q, state.qdot, state.t, z);
+}
+
+// Old names, accepted until 0.4.
+
+/// inverse_dynamics() by its old name.
+template <class Sys, class... Effects>
+[[deprecated("qdot: say inverse_dynamics()")]]
+Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, const Coordinates<Sys>& qddot,
+                                 double t, const EffectStates<Scene<Sys, Effects...>>& z) {
+  return inverse_dynamics(scene, q, qdot, qddot, t, z);
+}
+template <class Sys, class... Effects>
+[[deprecated("qdot: say inverse_dynamics()")]]
+Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const Coordinates<Sys>& q, const Coordinates<Sys>& qdot, const Coordinates<Sys>& qddot,
+                                 double t = 0.0) {
+  return inverse_dynamics(scene, q, qdot, qddot, t);
+}
+template <class Sys, class... Effects>
+[[deprecated("qdot: say inverse_dynamics()")]]
+Coordinates<Sys> motion_residual(const Scene<Sys, Effects...>& scene, const State<Sys::dof_at_compile_time>& state, const Coordinates<Sys>& qddot,
+                                 const EffectStates<Scene<Sys, Effects...>>& z) {
+  return inverse_dynamics(scene, state, qddot, z);
 }
 
 }  // namespace qdot

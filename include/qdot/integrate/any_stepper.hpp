@@ -43,7 +43,7 @@ class AnyStepper {
     else return AnyStepper(std::make_unique<Holder<decltype(make())>>(make));
   }
 
-  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) { held_->reset(at, y); }
+  void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) { held_->reset(at, y); }
   bool step(double t_limit) { return held_->step(t_limit); }
 
   /// Takes other absolute tolerances, before a reset, where the stepper can.
@@ -55,7 +55,8 @@ class AnyStepper {
   const Failure& failure() const { return held_->failure(); }
   double t() const noexcept { return held_->t; }
   double t_previous() const noexcept { return held_->t_previous; }
-  Moment moment() const noexcept { return held_->moment; }
+  TimePoint time_point() const noexcept { return held_->time_point; }
+  [[deprecated("qdot: say time_point()")]] TimePoint moment() const noexcept { return time_point(); }
   Eigen::Map<const Eigen::VectorXd> y() const noexcept { return {held_->y, held_->size}; }
   int order() const { return held_->order(); }
   bool has_fixed_step() const noexcept { return held_->fixed; }
@@ -77,14 +78,14 @@ class AnyStepper {
   // What is asked for at every step lies open; the rest is asked through the table.
   struct Held {
     double t = 0.0, t_previous = 0.0;
-    Moment moment;
+    TimePoint time_point;
     const double* y = nullptr;
     Eigen::Index size = 0;
     bool fixed = false, ends_at_branches = false, holds_branch = false;
     const Statistics* statistics = nullptr;
 
     virtual ~Held() = default;
-    virtual void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& state) = 0;
+    virtual void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& state) = 0;
     virtual bool step(double t_limit) = 0;
     virtual void tolerate(const Eigen::VectorXd& atol) = 0;
     virtual bool is_current() = 0;
@@ -108,7 +109,7 @@ class AnyStepper {
       look();
     }
 
-    void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& state) override {
+    void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& state) override {
       detail::reset_at(stepper, at, state);
       look();
     }
@@ -141,7 +142,7 @@ class AnyStepper {
     void look() {
       this->t = stepper.t();
       this->t_previous = stepper.t_previous();
-      this->moment = detail::moment_of(stepper);
+      this->time_point = detail::time_point_of(stepper);
       this->y = stepper.y().data();
       this->size = stepper.y().size();
       this->statistics = &stepper.statistics();

@@ -55,7 +55,7 @@ class CvodeStepper {
   ///
   /// @throws DimensionError, InvalidValue  y has the wrong size, or t or y is not finite
   /// @throws NonFinite, MassMatrixError    the model has no finite derivative there; and the model's own
-  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) { detail::cvode::reset(*core_, at, y); }
+  void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) { detail::cvode::reset(*core_, at, y); }
 
   /// One accepted step towards t_limit, landing on it exactly if it comes that far.
   bool step(double t_limit) { return detail::cvode::step(*core_, t_limit); }
@@ -66,7 +66,8 @@ class CvodeStepper {
   const Failure& failure() const noexcept { return core_->failure; }
   double t() const noexcept { return core_->t; }
   double t_previous() const noexcept { return core_->t_previous; }
-  Moment moment() const noexcept { return core_->guard.clock.moment(core_->elapsed); }
+  TimePoint time_point() const noexcept { return core_->guard.clock.time_point(core_->elapsed); }
+  [[deprecated("qdot: say time_point()")]] TimePoint moment() const noexcept { return time_point(); }
   const Eigen::VectorXd& y() const noexcept { return core_->y; }
   int order() const noexcept { return core_->statistics.last_order; }
   const Statistics& statistics() const noexcept { return core_->statistics; }

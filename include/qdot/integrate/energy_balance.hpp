@@ -9,7 +9,7 @@
 // system has neither, and its balance is the drift of the energy itself. With friction, motors and impacts the energy
 // may go up and down, and it is the balance that tells a good run from one that gains energy out of nothing:
 //
-//     auto meter = energy_meter(scene);
+//     auto meter = energy_balance(scene);
 //     simulate(scene, start, t_end, Dop853{}, {}, meter);
 //     meter.balance().residual
 //
@@ -124,7 +124,7 @@ class EnergyMeter {
 
 /// An observer for simulate() that keeps the energy balance of a system or scene, which must outlive it.
 template <class Sys>
-auto energy_meter(const Sys& system) {
+auto energy_balance(const Sys& system) {
   constexpr int n = Sys::dof_at_compile_time;
   const auto h = [&system](double t, const Eigen::Ref<const Eigen::VectorXd>& y) {
     const Eigen::Index k = system.dof();
@@ -141,6 +141,15 @@ auto energy_meter(const Sys& system) {
     }
   };
   return EnergyMeter(h, rate);
+}
+
+// Old names, accepted until 0.4.
+
+/// energy_balance() by its old name.
+template <class Sys>
+[[deprecated("qdot: say energy_balance()")]]
+auto energy_meter(const Sys& system) {
+  return energy_balance(system);
 }
 
 }  // namespace qdot

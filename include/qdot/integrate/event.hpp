@@ -12,7 +12,7 @@
 //
 //     records     goes on in the same step: an event that only looks costs nothing but the looking;
 //     .stop()     ends the run there, outcome stopped_by_event;
-//     .then(f)    lets f change the state, f(State<n>&) or f(t, y), and starts the method afresh from the
+//     .action(f)  lets f change the state, f(State<n>&) or f(t, y), and starts the method afresh from the
 //                 changed state. Trajectory::before(t) and at(t) are the two sides of the jump. What lasting constraints
 //                 forbid of a change is taken back by projection: a push on a constrained body is felt along its freedom.
 //                 A closed contact opens by a kick, or where f moves its gap; friction that sticks slips.
@@ -20,11 +20,11 @@
 //                 size of the state as invalid_change; the motion up to there is kept.
 //
 // Events of a clock need no function: every("sample", 0.01) happens at the start of the run, 0.01 later, and so on while t < t_end, and takes
-// .stop() and .then(f) like any other. The run lands on these times (the k-th is t₀ + 0.01 k, not a sum), so a digital controller is
+// .stop() and .action(f) like any other. The run lands on these times (the k-th is t₀ + 0.01 k, not a sum), so a digital controller is
 //
-//     every("controller", 0.01).then([&](State<2>& s) { force = -K * s.q; })      what functors read may change there,
+//     every("controller", 0.01).action([&](State<2>& s) { force = -K * s.q; })      what functors read may change there,
 //
-// or one that keeps its output among the effects' own states, .then([](double t, Eigen::VectorXd& y) { y[4] = …; }).
+// or one that keeps its output among the effects' own states, .action([](double t, Eigen::VectorXd& y) { y[4] = …; }).
 //
 // An event whose function takes every scalar, `[](const auto& q, const auto& qdot, const auto& t) { using std::sin; return … }`, may be declared
 // a formula: .formula(). Then g is called with intervals as well, which proves of every step that no zero was passed over
@@ -39,7 +39,7 @@
 //               velocity of what sticks, a gap that is closed, and what a constraint keeps at zero have no events.
 //   fast g      g may be much faster than the motion: the step is searched in panels as short as g asks for (integrate/driver/event_finder.hpp), which
 //               for a slow g is the whole step. What is followed only with an effort without end, noise for one, is
-//               counted in Statistics::rough_events, for then roots may have been missed, and the run's message reports it. An
+//               counted in Statistics::unresolved_events, for then roots may have been missed, and the run's message reports it. An
 //               excursion across zero that is narrow beside everything else that g does may lie between all samples, unless g is a
 //               formula(): then it is found, and what rounding does not decide, a touching of zero, is counted as well.
 //   touching    Between samples g is looked at for its extremum; so two roots close together are found when g gets farther
@@ -47,12 +47,12 @@
 //   order       All roots of a step are taken in the order of time, those at the same time in the order of the list.
 //   muting      After an event has changed the state, g may still be zero: it counts again once it has left zero. If its action has
 //               turned or stopped the motion of g, it leaves zero to the side it came from: g is watched from the first
-//               instant behind the action, and the run ends as event_accumulation where g returns sooner than t can tell.
+//               instant behind the action, and the run ends as zeno where g returns sooner than t can tell.
 //               What another event's action puts onto zero is treated as at t₀.
 //   at t₀       g = 0 at the start counts if g then moves in the asked direction.
 //   barriers    An action that keeps g ≥ 0 (an impact) is a barrier: then g < 0 is never passed in silence.
-//   Zeno        Infinitely many events before a finite time end the run as event_accumulation, when they follow each
-//               other as closely as t can tell. Those that only record are then counted in Statistics::rough_events, and the run goes on. A contact
+//   Zeno        Infinitely many events before a finite time end the run as zeno, when they follow each
+//               other as closely as t can tell. Those that only record are then counted in Statistics::unresolved_events, and the run goes on. A contact
 //               (effects/contact.hpp) comes to rest instead.
 
 #include <algorithm>
@@ -112,7 +112,7 @@ struct Event {
   std::string name;  ///< as it is recorded
   G g;  ///< zero where it happens; of q, (q, q̇) or (q, q̇, t)
   Direction direction = Direction::either;  ///< which crossings count
-  Action action;  ///< what it does to the state; without an initializer, for it may have no default, which clang asks for
+  Action change;  ///< what it does to the state; without an initializer, for it may have no default, which clang asks for
 
   static constexpr bool records = std::is_same_v<Action, detail::RecordOnly>;  ///< whether it only looks
   static constexpr bool stops = std::is_same_v<Action, detail::StopThere>;     ///< whether it ends the run
@@ -127,33 +127,38 @@ struct Event {
   /// Counts only where g becomes negative.
   Event falling() const {
     static_assert(!is_timed, "qdot: an event of a clock, every(), has no direction");
-    return {name, g, Direction::falling, action};
+    return {name, g, Direction::falling, change};
   }
 
   /// Counts only where g becomes positive.
   Event rising() const {
     static_assert(!is_timed, "qdot: an event of a clock, every(), has no direction");
-    return {name, g, Direction::rising, action};
+    return {name, g, Direction::rising, change};
   }
 
   /// Says that g is a formula that takes every scalar: it is then called with intervals too, which prove that no zero is passed over,
   /// however short the excursion.
   ///
   /// One or two evaluations in intervals for a step in which g is slow. A comparison in g is allowed; what it leaves undecided, and what
-  /// touches zero to within rounding, is counted in Statistics::rough_events.
+  /// touches zero to within rounding, is counted in Statistics::unresolved_events.
   Event<detail::ForEveryScalar<G>, Action> formula() const {
     static_assert(!is_timed, "qdot: an event of a clock, every(), needs no formula: its times are known");
     static_assert(std::is_class_v<G>, "qdot: a formula must take every scalar, and a plain function takes one: write a lambda with const auto&");
-    return {name, {g}, direction, action};
+    return {name, {g}, direction, change};
   }
 
   /// Ends the run.
   Event<G, detail::StopThere> stop() const { return {name, g, direction, {}}; }
 
-  /// Changes the state: change(State<n>& s), or change(double t, Eigen::VectorXd& y) for all of y.
+  /// Changes the state: how(State<n>& s), or how(double t, Eigen::VectorXd& y) for all of y.
   template <class Change>
-  Event<G, Change> then(Change change) const {
-    return {name, g, direction, std::move(change)};
+  Event<G, Change> action(Change how) const {
+    return {name, g, direction, std::move(how)};
+  }
+  /// The old name of action(), accepted until 0.4.
+  template <class Change>
+  [[deprecated("qdot: say action()")]] Event<G, Change> then(Change how) const {
+    return action(std::move(how));
   }
 };
 

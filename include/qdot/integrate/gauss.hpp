@@ -77,7 +77,7 @@ class GaussStepper : public detail::FixedStep<N, n, states> {
   /// Starts (afresh) at (t, y); evaluates the accelerations once there.
   ///
   /// @throws as RungeKuttaStepper::reset
-  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     this->begin(at, y);
     p_ = momenta(q_of(this->y_), v_of(this->y_), this->clock_.shown(this->elapsed_));
     lost_p_.setZero();

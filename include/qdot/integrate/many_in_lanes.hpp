@@ -3,10 +3,10 @@
 //
 // Many motions of one system, several at once in each thread.
 //
-//     const auto ends = simulate_many(pendulum, 1'000'000, [&](std::size_t i) { return start_of(i); }, 10.0, Dop853{}, options);
-//     const auto turns = simulate_many(pendulum, count, start_of, 10.0, Dop853{}, options, event("over", over).stop());
+//     const auto ends = ensemble(pendulum, 1'000'000, [&](std::size_t i) { return start_of(i); }, 10.0, Dop853{}, options);
+//     const auto turns = ensemble(pendulum, count, start_of, 10.0, Dop853{}, options, event("over", over).stop());
 //
-// simulate_many(count, motion) of integrate/simulate_many.hpp does motions one after the other. Where they differ only in their starts, or in
+// ensemble(count, motion) of integrate/ensemble.hpp does motions one after the other. Where they differ only in their starts, or in
 // parameters (family()), and all that is wanted of each is where it ends, eight go side by side, a lane each (integrate/lanes/lane_run.hpp). Their
 // equations are the same lines (mechanics/derive/lane_equations.hpp), which a processor carries out on four or eight doubles by one instruction.
 // Parameters are inputs of the lines, derived once for all members of a family. A lane that has arrived takes the next motion.
@@ -43,7 +43,7 @@
 #include "qdot/integrate/lanes/lane_run.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
-#include "qdot/integrate/simulate_many.hpp"
+#include "qdot/integrate/ensemble.hpp"
 
 namespace qdot {
 
@@ -69,7 +69,7 @@ struct Family {
   ParametersOf parameters_of;  ///< i → Vector<double, k>
 };
 
-/// Systems of n coordinates that differ in parameters, for simulate_many().
+/// Systems of n coordinates that differ in parameters, for ensemble().
 ///
 /// @param energies_of    p → energies, an object with T and V, for a vector p of any scalar: double, or one that records what is done to
 ///                       parameters. Energies with a template parameter for the type of their constants are of that kind
@@ -141,7 +141,7 @@ void use_ends(const Systems& systems, const StartOf& start_of, double t_end, con
 
 template <class Systems, class StartOf, class Method, class... Events, class HandOn>
 void hand_on_ends(const Systems& systems, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
-                  const EventList<Events...>& events, ManyOptions many, const HandOn& hand_on) {
+                  const EventList<Events...>& events, EnsembleOptions many, const HandOn& hand_on) {
   if (many.chunk == 0) {  // a chunk ends with lanes that have nothing to do
     constexpr std::size_t least = may_share_packs<Systems, Method, Events...> ? 8 * LanePack::size : 1;
     const std::size_t each = (count + threads_of(many) - 1) / threads_of(many);
@@ -169,8 +169,8 @@ using EndOf = Kept<MotionEndOf<Sys>>;
 /// @throws InvalidValue, DimensionError  options, t_end or the number of threads outside their range
 template <class Sys, class StartOf, class Method, class Happening>
   requires(detail::GivesStarts<StartOf> && detail::is_event<Happening>)
-auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
-                   const Happening& happening, const ManyOptions& many = {}) {
+auto ensemble(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
+              const Happening& happening, const EnsembleOptions& many = {}) {
   std::vector<detail::EndOf<Sys>> all(count);
   detail::hand_on_ends(detail::systems_of(system), count, start_of, t_end, method, options, events(happening), many, detail::into(all));
   return all;
@@ -178,9 +178,9 @@ auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of
 
 template <class Sys, class StartOf, class Method>
   requires detail::GivesStarts<StartOf>
-auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options = {},
-                   const ManyOptions& many = {}) {
-  return simulate_many(system, count, start_of, t_end, method, options, EventList<>{}, many);
+auto ensemble(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options = {},
+              const EnsembleOptions& many = {}) {
+  return ensemble(system, count, start_of, t_end, method, options, EventList<>{}, many);
 }
 
 /// Many motions in lanes, reduced to one value as they end, in the order of i: reduce(value, i, kept).
@@ -188,10 +188,35 @@ auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of
 /// @throws  what reduce throws; the motions that are under way are finished, and no more are begun
 template <class Sys, class StartOf, class Method, class... Events, class Value, class Reduce>
   requires std::invocable<const Reduce&, Value&, std::size_t, detail::EndOf<Sys>&&>
-Value simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
-                    const EventList<Events...>& happening, Value value, const Reduce& reduce, const ManyOptions& many = {}) {
+Value ensemble(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
+               const EventList<Events...>& happening, Value value, const Reduce& reduce, const EnsembleOptions& many = {}) {
   detail::hand_on_ends(detail::systems_of(system), count, start_of, t_end, method, options, happening, many, detail::reducing(value, reduce));
   return value;
+}
+
+// Old names, accepted until 0.4.
+
+/// ensemble() by its old name.
+template <class Sys, class StartOf, class Method, class Happening>
+  requires(detail::GivesStarts<StartOf> && detail::is_event<Happening>)
+[[deprecated("qdot: say ensemble()")]]
+auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
+                   const Happening& happening, const EnsembleOptions& many = {}) {
+  return ensemble(system, count, start_of, t_end, method, options, happening, many);
+}
+template <class Sys, class StartOf, class Method>
+  requires detail::GivesStarts<StartOf>
+[[deprecated("qdot: say ensemble()")]]
+auto simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options = {},
+                   const EnsembleOptions& many = {}) {
+  return ensemble(system, count, start_of, t_end, method, options, many);
+}
+template <class Sys, class StartOf, class Method, class... Events, class Value, class Reduce>
+  requires std::invocable<const Reduce&, Value&, std::size_t, detail::EndOf<Sys>&&>
+[[deprecated("qdot: say ensemble()")]]
+Value simulate_many(const Sys& system, std::size_t count, const StartOf& start_of, double t_end, const Method& method, const Options& options,
+                    const EventList<Events...>& happening, Value value, const Reduce& reduce, const EnsembleOptions& many = {}) {
+  return ensemble(system, count, start_of, t_end, method, options, happening, std::move(value), reduce, many);
 }
 
 }  // namespace qdot

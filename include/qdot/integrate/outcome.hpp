@@ -40,8 +40,8 @@ enum class Outcome {
   constraint_failure,     ///< the constraints contradict each other, or could not be met, at every step size tried
   refused_by_model,       ///< the model threw RecoverableError at every step size tried, or T or V jumps, which is a blow
   invalid_change,         ///< an event's action set the time, or another size of the state
-  event_accumulation,     ///< events followed each other without end before t could go on
-  step_collapse,          ///< the error test failed down to the smallest step that t can still feel
+  zeno,                   ///< events followed each other without end before t could go on
+  step_too_small,         ///< the error test failed down to the smallest step that t can still feel
   error_test_failure,     ///< the error test failed too often in one step
   corrector_failure,      ///< the implicit equations of a step could not be solved
   linear_solver_failure,  ///< the linear equations of a step could not be solved
@@ -49,7 +49,9 @@ enum class Outcome {
   model_changed,          ///< a functor gives another value than before at the same time and state
   not_differentiable,     ///< derivatives of the motion were asked for (analysis/sensitivity.hpp), and at an event there are none
   energy_drift,           ///< T and V conserve an energy, but it changed far more than the tolerances allow
-  solver_error            ///< the method reports a fault of its own; please report it
+  solver_error,           ///< the method reports a fault of its own; please report it
+  event_accumulation [[deprecated("qdot: say zeno")]] = zeno,                    ///< the old name of zeno, accepted until 0.4
+  step_collapse [[deprecated("qdot: say step_too_small")]] = step_too_small  ///< the old name of step_too_small, accepted until 0.4
 };
 
 /// The outcome's name as printed in JSON and compared in tests, e.g. "completed".
@@ -57,7 +59,7 @@ constexpr std::string_view name(Outcome outcome) noexcept {
   return detail::name_in(
       {"completed",          "stopped_by_observer", "stopped_by_model",      "stopped_by_event",     "step_limit",
        "evaluation_limit",   "time_limit",          "state_limit",           "non_finite",           "singular_mass_matrix",
-       "constraint_failure", "refused_by_model",    "invalid_change",        "event_accumulation",   "step_collapse",
+       "constraint_failure", "refused_by_model",    "invalid_change",        "zeno",                 "step_too_small",
        "error_test_failure", "corrector_failure",   "linear_solver_failure", "accuracy_not_reached", "model_changed",
        "not_differentiable", "energy_drift",        "solver_error"},
       outcome);
@@ -85,10 +87,10 @@ constexpr std::string_view advice(Outcome outcome) noexcept {
       return "look at the constraint that is named: it depends on the others there, or cannot be met together with them.";
     case Outcome::refused_by_model: return "look at the condition under which the model throws RecoverableError, or at what jumps.";
     case Outcome::invalid_change: return "let the action of the event change the numbers in q and qdot, and nothing else.";
-    case Outcome::event_accumulation:
+    case Outcome::zeno:
       return "infinitely many impacts come to rest here: give the system a resting phase, as contact() has, or stop at "
              "the event.";
-    case Outcome::step_collapse:
+    case Outcome::step_too_small:
       return "the solution may run to infinity here, or the right-hand side may jump: bound the run before this time, "
              "or give the time of the jump in stop_times.";
     case Outcome::error_test_failure:

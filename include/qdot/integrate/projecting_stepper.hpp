@@ -38,10 +38,10 @@ class ProjectingStepper {
     projected_ = y_;
   }
 
-  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     detail::reset_at(stepper_, at, y);
     if (system_) system_->renew();
-    moment_ = detail::moment_of(stepper_);
+    time_point_ = detail::time_point_of(stepper_);
     t_ = t_previous_ = stepper_.t();
     y_ = y;
     count();
@@ -62,7 +62,7 @@ class ProjectingStepper {
     count();
     if (!accepted) return false;
     t_previous_ = std::exchange(t_, stepper_.t());
-    moment_ = detail::moment_of(stepper_);
+    time_point_ = detail::time_point_of(stepper_);
     y_.swap(projected_);
     return true;
   }
@@ -96,7 +96,8 @@ class ProjectingStepper {
   const Failure& failure() const noexcept { return failure_; }
   double t() const noexcept { return t_; }
   double t_previous() const noexcept { return t_previous_; }
-  Moment moment() const noexcept { return moment_; }
+  TimePoint time_point() const noexcept { return time_point_; }
+  [[deprecated("qdot: say time_point()")]] TimePoint moment() const noexcept { return time_point(); }
   const Eigen::VectorXd& y() const noexcept { return y_; }
   int order() const noexcept { return stepper_.order(); }
   bool has_fixed_step() const noexcept { return detail::has_fixed_step(stepper_); }
@@ -136,7 +137,7 @@ class ProjectingStepper {
   bool is_constrained_;  // a system without its type may have nothing to keep
   Eigen::VectorXd y_, projected_;
   double t_ = 0.0, t_previous_ = 0.0;
-  Moment moment_;
+  TimePoint time_point_;
   long projections_ = 0;
   double residual_ = 0.0, velocity_residual_ = 0.0;
   Failure failure_;

@@ -95,7 +95,7 @@ class RattleStepper : public detail::FixedStepOf<F> {
   /// Starts (afresh) at (t, y), which must satisfy the constraints; evaluates the accelerations once there.
   ///
   /// @throws as RungeKuttaStepper::reset
-  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     this->begin(at, y);
     invert_mass_matrix();
     arrived_ = false;

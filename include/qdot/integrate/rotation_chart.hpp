@@ -60,7 +60,7 @@ auto rotation_chart(std::string name = "chart") {
                  return detail::rotation_chart_edge * detail::rotation_chart_edge - (x * x + y * y + z * z);
                })
       .falling()
-      .then(detail::OtherRotationVector<first>{});
+      .action(detail::OtherRotationVector<first>{});
 }
 
 }  // namespace qdot

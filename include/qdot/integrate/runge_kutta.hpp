@@ -76,7 +76,7 @@ class RungeKuttaStepper : public detail::OneStep<N> {
   ///
   /// @throws DimensionError, InvalidValue  y has the wrong size, or t or y is not finite
   /// @throws NonFinite, MassMatrixError    the model has no finite derivative there; and the model's own
-  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y);
+  void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y);
 
   /// Replaces the state at t() by a nearby one, such as its projection onto constraints; evaluates f once there if it moved.
   void correct(const Eigen::Ref<const Eigen::VectorXd>& y) {
@@ -185,7 +185,7 @@ RungeKuttaStepper<C, N>::RungeKuttaStepper(std::unique_ptr<detail::Rates> system
 }
 
 template <class C, int N>
-void RungeKuttaStepper<C, N>::reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+void RungeKuttaStepper<C, N>::reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
   this->begin(at, y);
   this->evaluate(this->elapsed_, this->y_, stage_);
   if (!detail::all_finite(stage_)) throw_non_finite();

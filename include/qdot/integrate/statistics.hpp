@@ -43,9 +43,9 @@ struct Statistics {
   double energy_drift = 0.0;        ///< largest |h − h(t₀)| that was seen, where T and V conserve h; restarts begin anew
   double energy_allowed = 0.0;      ///< what the tolerances allowed for it; 0 where it was not computed
   double time_resolution = 0.0;     ///< what time brings within less may have been missed (integrate/watch/time_watch.hpp); 0: formulas, all looked at
-  long rough_events =
+  long unresolved_events =
       0;  ///< steps in which an event's function could not be followed, or touched zero (integrate/driver/event_finder.hpp): some may be missed
-  double rough_event_time = 0.0;    ///< when that happened first
+  double unresolved_event_time = 0.0;  ///< when that happened first
   double wall_seconds = 0.0;        ///< of the whole run, by a monotonic clock
   double first_step = 0.0;          ///< |h| of the first accepted step
   double last_step = 0.0;           ///< |h| of the last accepted step

@@ -14,8 +14,8 @@
 //
 // The contract, in words, because a concept can only check the spelling:
 //
-//   moment()        where t() is, counted from the origin (moment.hpp). reset() takes a Moment as well. A stepper that counts in
-//                   t alone may leave moment() out; then short steps at a large t are as rough as its t is.
+//   time_point()    where t() is, counted from the origin (time_point.hpp). reset() takes a TimePoint as well. A stepper that counts in
+//                   t alone may leave time_point() out; then short steps at a large t are as rough as its t is.
 //   reset(t, y)     evaluates f there and throws its typed errors. Allocates nothing, but for reading the
 //                   model again where the method keeps something of it. May be called
 //                   at any time, also after a failure or an exception, and forgets all history: what was
@@ -38,7 +38,7 @@
 #include <Eigen/Core>
 #include <concepts>
 
-#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/time_point.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/statistics.hpp"

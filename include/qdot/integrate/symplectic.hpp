@@ -51,7 +51,7 @@ class SplittingStepper : public detail::FixedStepOf<F> {
   /// Starts (afresh) at (t, y); evaluates the accelerations once there.
   ///
   /// @throws as RungeKuttaStepper::reset
-  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     this->begin(at, y);
     invert_mass_matrix();
     force_is_current_ = false;

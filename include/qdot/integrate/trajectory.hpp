@@ -12,7 +12,7 @@
 // Where the state *jumps* (an impact, a reset), t is the double nearest to the jump, and belongs to the later step. at(t) then
 // gives the state after the jump, and before(t) the state in front of it.
 //
-// Steps may be shorter than a rounding unit of t: they are told apart by what has elapsed since their origin (moment.hpp).
+// Steps may be shorter than a rounding unit of t: they are told apart by what has elapsed since their origin (time_point.hpp).
 //
 // Memory is 8·size·(degree + 1) bytes for the coefficients of a step and 64 bytes for the step. Its blocks are never copied or
 // moved as the trajectory grows: on small systems copying one growing array cost more than the integration.

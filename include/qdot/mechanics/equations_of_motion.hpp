@@ -174,8 +174,8 @@ auto acceleration(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q
 ///
 /// Zero on a free motion (inverse dynamics). First derivatives only: no mass matrix is formed.
 template <class E, int n, Inertia inertia, class Q, class Qdot, class Qddot>
-auto motion_residual(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
-                     const Eigen::MatrixBase<Qddot>& qddot, typename Q::Scalar t = typename Q::Scalar(0)) {
+auto inverse_dynamics(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                      const Eigen::MatrixBase<Qddot>& qddot, typename Q::Scalar t = typename Q::Scalar(0)) {
   using S = typename Q::Scalar;
   detail::require_sizes(system, q, qdot);
   detail::require_size(system, "qddot", qddot);
@@ -208,8 +208,23 @@ Coordinates<M> rhs(const M& model, const State<M::dof_at_compile_time>& state) {
 }
 /// The force that accelerations q̈ need at a State, of a system or a scene.
 template <HasEnergies M>
+Coordinates<M> inverse_dynamics(const M& model, const State<M::dof_at_compile_time>& state, const Coordinates<M>& qddot) {
+  return inverse_dynamics(model, state.q, state.qdot, qddot, state.t);
+}
+
+// Old names, accepted until 0.4.
+
+/// inverse_dynamics() by its old name.
+template <class E, int n, Inertia inertia, class Q, class Qdot, class Qddot>
+[[deprecated("qdot: say inverse_dynamics()")]]
+auto motion_residual(const System<E, n, inertia>& system, const Eigen::MatrixBase<Q>& q, const Eigen::MatrixBase<Qdot>& qdot,
+                     const Eigen::MatrixBase<Qddot>& qddot, typename Q::Scalar t = typename Q::Scalar(0)) {
+  return inverse_dynamics(system, q, qdot, qddot, t);
+}
+template <HasEnergies M>
+[[deprecated("qdot: say inverse_dynamics()")]]
 Coordinates<M> motion_residual(const M& model, const State<M::dof_at_compile_time>& state, const Coordinates<M>& qddot) {
-  return motion_residual(model, state.q, state.qdot, qddot, state.t);
+  return inverse_dynamics(model, state, qddot);
 }
 
 }  // namespace qdot

@@ -14,7 +14,7 @@
 #include "qdot/integrate/counter_random.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
-#include "qdot/integrate/simulate_many_mpi.hpp"
+#include "qdot/integrate/ensemble_mpi.hpp"
 #include "qdot/mechanics/system.hpp"
 #include "scenes/double_pendulum.hpp"
 
@@ -75,13 +75,13 @@ int main(int argc, char** argv) {
   const auto compare_motions = [&](const char* name, std::size_t count, double t_end) {
     const auto end_of = [&](std::size_t i) { return simulate(pendulum, start_of(i), t_end, Dop853{}, options).y[0]; };
     const auto add = [](double& sum, std::size_t, Kept<double>&& kept) { sum += *kept.value; };
-    compare(name, [&] { simulate_many(count, end_of, {.threads = size}); }, [&] { simulate_many(MpiRanks{}, count, end_of); });
-    compare("  reduced", [&] { simulate_many(count, end_of, 0.0, add, {.threads = size}); }, [&] { simulate_many(MpiRanks{}, count, end_of, 0.0, add); });
+    compare(name, [&] { ensemble(count, end_of, {.threads = size}); }, [&] { ensemble(MpiRanks{}, count, end_of); });
+    compare("  reduced", [&] { ensemble(count, end_of, 0.0, add, {.threads = size}); }, [&] { ensemble(MpiRanks{}, count, end_of, 0.0, add); });
   };
   compare_motions("4000 motions of 5 s", 4000, 5.0);
   compare_motions("100 motions of 100 s", 100, 100.0);
   compare_motions("20000 motions of 0.2 s", 20'000, 0.2);
-  compare("20000 motions of 5 s in lanes", [&] { simulate_many(pendulum, 20'000, start_of, 5.0, Dop853{}, options, {.threads = size}); },
-          [&] { simulate_many(MpiRanks{}, pendulum, 20'000, start_of, 5.0, Dop853{}, options); });
+  compare("20000 motions of 5 s in lanes", [&] { ensemble(pendulum, 20'000, start_of, 5.0, Dop853{}, options, {.threads = size}); },
+          [&] { ensemble(MpiRanks{}, pendulum, 20'000, start_of, 5.0, Dop853{}, options); });
   MPI_Finalize();
 }

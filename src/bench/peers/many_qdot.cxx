@@ -16,7 +16,7 @@ using namespace qdot;
 int main(int argc, char**) {
   bench::for_each_of_many([&](const char* name, const auto& system, const auto& start_of) {
     const auto ends_at = [&](double rtol) {
-      return simulate_many(system, bench::motions, start_of, bench::duration, Dop853{}, {.rtol = rtol, .atol = rtol * 1e-2, .keep_trajectory = false}, {.threads = 1});
+      return ensemble(system, bench::motions, start_of, bench::duration, Dop853{}, {.rtol = rtol, .atol = rtol * 1e-2, .keep_trajectory = false}, {.threads = 1});
     };
     const auto reference = ends_at(1e-13);
     if (argc > 1) {

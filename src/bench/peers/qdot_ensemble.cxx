@@ -5,7 +5,7 @@
 
 #include "bench/chain_energies.hpp"
 #include "bench/peers/peer.hpp"
-#include "qdot/mechanics/ensemble.hpp"
+#include "qdot/mechanics/accelerations.hpp"
 
 namespace {
 

@@ -34,7 +34,7 @@ namespace qdot {
 enum class OptimalOutcome {
   solved,           ///< optimal on its mesh, and a run of it agrees to the tolerance
   not_accurate,     ///< optimal on its mesh, but a run of it does not agree: as many refinements or intervals as were allowed
-  infeasible,       ///< no motion near by meets all conditions; OptimalMotion::missed says which, and by how much
+  infeasible,       ///< no motion near by meets all conditions; OptimalTrajectory::missed says which, and by how much
   iteration_limit,  ///< the solver needed more iterations than were allowed
   failed            ///< the solver ended otherwise; the message has its words
 };
@@ -161,7 +161,7 @@ class OptimalSearch {
     end.outcome = accurate ? OptimalOutcome::solved : OptimalOutcome::not_accurate;
     Eigen::Index worst = 0;
     end.error.maxCoeff(&worst);
-    end.message = sentence({accurate ? "solved: on " : "optimal_motion: the run must agree with the mesh, but on ", end.error.size(),
+    end.message = sentence({accurate ? "solved: on " : "trajectory_optimization: the run must agree with the mesh, but on ", end.error.size(),
                             " intervals it differs by ",
                             {end.error[worst], 3}, " of its extents between t = ", {end.t[static_cast<std::size_t>(worst)], 6}, " and ",
                             {end.t[static_cast<std::size_t>(worst + 1)], 6},
@@ -208,7 +208,7 @@ class OptimalSearch {
       end.legs.push_back(simulate(form, FirstOrderState{from, x}, to, Dop853{}, options_.integration));
       for (const Run<Dynamic>* each : {&leg, &end.legs.back()})
         if (!each->completed()) {
-          end.message = "optimal_motion: a run of the motion that was found must come to its end, but did not, " + each->message;
+          end.message = "trajectory_optimization: a run of the motion that was found must come to its end, but did not, " + each->message;
           return false;
         }
       x = end.legs.back().y;
@@ -253,7 +253,7 @@ class OptimalSearch {
   OptimalSearchEnd missed(OptimalSearchEnd end, const ProgramSolution& first) {
     constexpr double negligible = 1e-6;  // of an extent
     end.outcome = first.outcome == ProgramOutcome::iteration_limit ? OptimalOutcome::iteration_limit : OptimalOutcome::failed;
-    end.message = sentence({"optimal_motion: the solver must come to an end, but said: ", first.status,
+    end.message = sentence({"trajectory_optimization: the solver must come to an end, but said: ", first.status,
                             "; give a guess that is nearer to a motion, other intervals, or more iterations"});
     Collocation program(task_, end.mesh, options_.stages, true);
     const ProgramSolution nearest = solver_(program, solver_options());
@@ -286,7 +286,7 @@ class OptimalSearch {
         bounds += sentence({bounds.empty() ? "" : ", ", name, " at its bound ", {bound, 6}, " for ", (100 * there + all / 2) / all, " % of the time"});
       }
     }
-    end.message = sentence({"optimal_motion: no motion near by meets all conditions: ", conditions, bounds.empty() ? "" : "; the nearest one has ",
+    end.message = sentence({"trajectory_optimization: no motion near by meets all conditions: ", conditions, bounds.empty() ? "" : "; the nearest one has ",
                             bounds,
                             "; widen a bound, give it more time, or free a condition"});
     return end;

@@ -34,7 +34,7 @@
 namespace qdot {
 
 /// How a search for a motion between two places ended.
-enum class BetweenOutcome {
+enum class BoundaryValueOutcome {
   found,           ///< it is there, and no neighbour of it has the same ends
   conjugate_ends,  ///< to first order, motions that leave q_a differently meet at t_b: there is no motion, or it is one of many
   not_found,       ///< no step of Newton's method closes the gaps any further
@@ -42,13 +42,13 @@ enum class BetweenOutcome {
 };
 
 /// The outcome's name, "conjugate_ends".
-constexpr const char* name(BetweenOutcome outcome) noexcept {
+constexpr const char* name(BoundaryValueOutcome outcome) noexcept {
   return detail::name_in({"found", "conjugate_ends", "not_found", "run_failed"}, outcome);
 }
 
 namespace detail {
 
-struct BetweenSearch {
+struct BoundaryValueSearch {
   FlowInPieces leg;                   // from one of the times to the next
   std::vector<std::string> names;     // of the components of x
   std::vector<double> t{};            // K + 1 times
@@ -58,16 +58,16 @@ struct BetweenSearch {
 };
 
 // How far a search came: states at the times, the runs from there, and their gaps.
-struct BetweenPoint {
+struct BoundaryValuePoint {
   std::vector<Eigen::VectorXd> x{};
   std::vector<PieceOfFlow> legs{};
   std::vector<Eigen::VectorXd> gaps{};  // of legs, in extents; the last one of q alone
   double size = std::numeric_limits<double>::infinity();
 };
 
-struct BetweenEnd {
-  BetweenOutcome outcome = BetweenOutcome::not_found;
-  BetweenPoint point{};
+struct BoundaryValueEnd {
+  BoundaryValueOutcome outcome = BoundaryValueOutcome::not_found;
+  BoundaryValuePoint point{};
   bool conjugate = false;
   int iterations = 0;
   double worst_gap = 0.0, worst_t = 0.0;  // in its own units
@@ -76,40 +76,40 @@ struct BetweenEnd {
 };
 
 template <class = void>  // compiled only where it is made
-class BetweenNewton {
+class BoundaryValueNewton {
  public:
-  explicit BetweenNewton(BetweenSearch search)
+  explicit BoundaryValueNewton(BoundaryValueSearch search)
       : search_(std::move(search)), n_(static_cast<Eigen::Index>(search_.names.size()) / 2), K_(search_.t.size() - 1) {
     measure();
   }
 
-  BetweenEnd end() {
-    BetweenEnd end;
+  BoundaryValueEnd end() {
+    BoundaryValueEnd end;
     end.point = at(search_.x);
     for (;; ++end.iterations) {
-      BetweenPoint& here = end.point;
+      BoundaryValuePoint& here = end.point;
       if (!trouble_.message.empty() && !std::isfinite(here.size)) {
-        end.outcome = BetweenOutcome::run_failed;
+        end.outcome = BoundaryValueOutcome::run_failed;
         end.failed = trouble_;
         return end;
       }
       const Direction direction = step(here);
       end.conjugate = direction.conjugate;
       if (here.size <= search_.tolerance) {
-        end.outcome = direction.conjugate ? BetweenOutcome::conjugate_ends : BetweenOutcome::found;
-        const BetweenPoint polished = moved(here, direction, 1.0);
+        end.outcome = direction.conjugate ? BoundaryValueOutcome::conjugate_ends : BoundaryValueOutcome::found;
+        const BoundaryValuePoint polished = moved(here, direction, 1.0);
         if (!direction.conjugate && polished.size < here.size) here = polished;
         name_worst(end);
         return end;
       }
       double fraction = 1.0;
-      BetweenPoint next;
+      BoundaryValuePoint next;
       for (; fraction >= 1e-3; fraction *= 0.5) {
         next = moved(here, direction, fraction);
         if (next.size <= (1.0 - 0.25 * fraction) * here.size) break;
       }
       if (fraction < 1e-3 || end.iterations == search_.most_iterations) {
-        end.outcome = direction.conjugate ? BetweenOutcome::conjugate_ends : BetweenOutcome::not_found;
+        end.outcome = direction.conjugate ? BoundaryValueOutcome::conjugate_ends : BoundaryValueOutcome::not_found;
         name_worst(end);
         return end;
       }
@@ -134,8 +134,8 @@ class BetweenNewton {
     scale_.tail(n_) = of_q / leg;
   }
 
-  BetweenPoint at(std::vector<Eigen::VectorXd> x) {
-    BetweenPoint point;
+  BoundaryValuePoint at(std::vector<Eigen::VectorXd> x) {
+    BoundaryValuePoint point;
     point.x = std::move(x);
     double sum = 0.0;
     for (std::size_t k = 0; k < K_; ++k) {
@@ -158,7 +158,7 @@ class BetweenNewton {
     return point;
   }
 
-  Direction step(const BetweenPoint& here) const {
+  Direction step(const BoundaryValuePoint& here) const {
     constexpr double negligible = 1e-7;
     std::vector<Eigen::VectorXd> c(K_ + 1, Eigen::VectorXd::Zero(2 * n_));
     std::vector<Eigen::MatrixXd> C(K_ + 1, Eigen::MatrixXd::Zero(2 * n_, n_));
@@ -181,13 +181,13 @@ class BetweenNewton {
     return direction;
   }
 
-  BetweenPoint moved(const BetweenPoint& here, const Direction& direction, double fraction) {
+  BoundaryValuePoint moved(const BoundaryValuePoint& here, const Direction& direction, double fraction) {
     std::vector<Eigen::VectorXd> x = here.x;
     for (std::size_t k = 0; k < K_; ++k) x[k] += fraction * direction.dx[k];
     return at(std::move(x));
   }
 
-  void name_worst(BetweenEnd& end) const {
+  void name_worst(BoundaryValueEnd& end) const {
     double most = -1.0;
     for (std::size_t k = 0; k < end.point.gaps.size(); ++k)
       for (Eigen::Index i = 0; i < end.point.gaps[k].size(); ++i) {
@@ -199,7 +199,7 @@ class BetweenNewton {
       }
   }
 
-  BetweenSearch search_;
+  BoundaryValueSearch search_;
   Eigen::Index n_;
   std::size_t K_;
   Eigen::VectorXd scale_;
@@ -207,12 +207,12 @@ class BetweenNewton {
 };
 
 template <class = void>  // compiled only where it is called
-BetweenEnd between_end(BetweenSearch search) {
-  return BetweenNewton(std::move(search)).end();
+BoundaryValueEnd boundary_value_end(BoundaryValueSearch search) {
+  return BoundaryValueNewton(std::move(search)).end();
 }
 
 #ifdef QDOT_COMPILED_ANALYSIS
-extern template BetweenEnd between_end<void>(BetweenSearch);
+extern template BoundaryValueEnd boundary_value_end<void>(BoundaryValueSearch);
 #endif
 
 }  // namespace detail

@@ -278,7 +278,7 @@ class Variations final : public VariationalEquations {
       model_.template with_event<i>(parameter_of(column), s, [&](const auto& event) {
         using E = std::remove_cvref_t<decltype(event)>;
         if constexpr (!E::stops && !E::records)
-          if (std::optional<Failure> failure = change_state<n>(event.name, event.action, t, y, dof_)) throw EndOfRun(std::move(*failure));
+          if (std::optional<Failure> failure = change_state<n>(event.name, event.change, t, y, dof_)) throw EndOfRun(std::move(*failure));
       });
       model_.renew();  // an action may change what f is
       if (!y.allFinite()) return;

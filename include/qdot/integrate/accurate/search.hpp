@@ -39,7 +39,7 @@
 // is alike by chance, or in the first steps, from which chaos grows.
 //
 // All this asks that runs differ by τ alone. So absolute tolerances, too, go with τ: they are not loosened much beside the first
-// run's, however large a component is seen to grow (accurate_simulation.hpp).
+// run's, however large a component is seen to grow (simulate_to_accuracy.hpp).
 //
 // Multistep methods of order p err like τ^{p/(p+1)}, so that δ = 1/(p + 1). They carry the rounding of many steps along (10 ε),
 // and have no digits to give below 1e-14. They err alike at tolerances that are less than a factor of 20 apart.

@@ -36,7 +36,7 @@
 #include "qdot/error.hpp"
 #include "qdot/integrate/cvode/bridge.hpp"
 #include "qdot/integrate/cvode/newton.hpp"
-#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/time_point.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/steps/watch_budget.hpp"
@@ -59,7 +59,7 @@ class GuardedSystem {
   }
 
   /// Evaluates f at the start of a run, from where CVODE counts its time, and keeps it for CVODE's first call; throws like the model.
-  void start(const Moment& at, const ConstVector& y) {
+  void start(const TimePoint& at, const ConstVector& y) {
     forget();
     start_pending_ = false;
     clock.start(at);

@@ -9,10 +9,10 @@
 // vector itself.
 //
 // Time. CVODE counts from 0 at each reset, and so has all the digits of the elapsed time. It has its own checks for steps and
-// limits too close to t: at a t of 1.7e9 these would refuse every motion of less than some 1e-5 s (moment.hpp).
+// limits too close to t: at a t of 1.7e9 these would refuse every motion of less than some 1e-5 s (time_point.hpp).
 //
 // Around each step:
-//   floor      The smallest step is set to some rounding units (moment.hpp). Without it a model
+//   floor      The smallest step is set to some rounding units (time_point.hpp). Without it a model
 //              that turns to NaN, or a solution with a pole, costs 10⁵ evaluations before CVODE gives
 //              up; with it 10² to 10³. It is renewed for every step.
 //   watch      GuardedSystem holds back the model's exceptions; they are rethrown here.
@@ -88,7 +88,7 @@ struct Core {
   MemoryHandle memory;
 
   [[gnu::cold]] Core(std::unique_ptr<MethodForm> system, NewtonMaker newton_of, CvodeSettings wanted, const Options& options);
-  [[gnu::cold]] void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y0);
+  [[gnu::cold]] void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y0);
   bool step(double t_limit);
   void tolerate(const Eigen::VectorXd& atol);
   PolynomialView polynomial();
@@ -186,7 +186,7 @@ inline void Core::choose_corrector(NewtonMaker newton_of) {
   }
 }
 
-inline void Core::reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y0) {
+inline void Core::reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y0) {
   const double t0 = at.t();
   const Eigen::Index n = guard.system().size();
   if (y0.size() != n)
@@ -267,7 +267,7 @@ inline bool Core::hop() {
     y[i] += coefficients.data()[n + i];
   }
   const double length = guard.clock.length(), t_limit = guard.clock.t(length);
-  if (guard.guarded([&] { guard.start(guard.clock.moment(length), y); }) != 0) {
+  if (guard.guarded([&] { guard.start(guard.clock.time_point(length), y); }) != 0) {
     std::copy_n(coefficients.data(), n, y.data());
     guard.rethrow();
     return fail(CV_RHSFUNC_FAIL);
@@ -370,7 +370,7 @@ std::unique_ptr<Core> new_core(std::unique_ptr<MethodForm> system, NewtonMaker n
   return std::make_unique<Core>(std::move(system), newton_of, std::move(settings), options);
 }
 template <class Number = double>
-void reset(Core& core, const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+void reset(Core& core, const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
   core.reset(at, y);
 }
 template <class Number = double>
@@ -388,7 +388,7 @@ PolynomialView polynomial(Core& core) {
 
 #ifdef QDOT_COMPILED
 extern template std::unique_ptr<Core> new_core<double>(std::unique_ptr<MethodForm>, NewtonMaker, CvodeSettings, const Options&);
-extern template void reset<double>(Core&, const Moment&, const Eigen::Ref<const Eigen::VectorXd>&);
+extern template void reset<double>(Core&, const TimePoint&, const Eigen::Ref<const Eigen::VectorXd>&);
 extern template bool step<double>(Core&, double);
 extern template PolynomialView polynomial<double>(Core&);
 extern template void tolerate<double>(Core&, const Eigen::VectorXd&);

@@ -70,10 +70,10 @@ constexpr bool accepted(int flag) noexcept {
 /// @param at_floor  h had shrunk to the smallest step that t can still feel
 constexpr Outcome outcome_of(int flag, bool at_floor) noexcept {
   switch (flag) {
-    case CV_ERR_FAILURE: return at_floor ? Outcome::step_collapse : Outcome::error_test_failure;
+    case CV_ERR_FAILURE: return at_floor ? Outcome::step_too_small : Outcome::error_test_failure;
     case CV_CONV_FAILURE:
     case CV_NLS_SETUP_FAIL:
-    case CV_NLS_FAIL: return at_floor ? Outcome::step_collapse : Outcome::corrector_failure;
+    case CV_NLS_FAIL: return at_floor ? Outcome::step_too_small : Outcome::corrector_failure;
     case CV_TOO_MUCH_ACC: return Outcome::accuracy_not_reached;
     case CV_LSETUP_FAIL:
     case CV_LSOLVE_FAIL: return Outcome::linear_solver_failure;

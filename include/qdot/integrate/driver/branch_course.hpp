@@ -13,7 +13,7 @@
 #include <optional>
 
 #include "qdot/integrate/any_stepper.hpp"
-#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/time_point.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
 #include "qdot/integrate/watch/any_watch.hpp"
@@ -50,7 +50,7 @@ class BranchCourse {
     constexpr double crowded = 1e-9;
     if (cuts_++ == 0) since_ = elapsed;
     if (cuts_ < crowd || std::abs(elapsed - since_) >= crowded * std::abs(length)) return cuts_ %= crowd, std::nullopt;
-    return Failure{Outcome::event_accumulation, sentence({"branches of T, V or an effect follow each other at t = ", t, " without letting t go on"})};
+    return Failure{Outcome::zeno, sentence({"branches of T, V or an effect follow each other at t = ", t, " without letting t go on"})};
   }
   /// Goes on from y behind a cut, on the branch that functors have there or right ahead.
   static void go_on(AnyStepper& stepper, const Clock& clock, const Passage& passed, double elapsed, const Eigen::VectorXd& y) {
@@ -59,7 +59,7 @@ class BranchCourse {
       stepper.polynomial().at(*passed.ahead, there);
       stepper.hold_next_of(clock.shown(*passed.ahead), there);
     }
-    reset_at(stepper, clock.moment(elapsed), y);
+    reset_at(stepper, clock.time_point(elapsed), y);
   }
 
  private:

@@ -7,10 +7,9 @@
 //
 //     step → check → keep → show → budget,
 //
-// that is: one accepted step of the method, on the constraints; is the state finite and within its limit. Then: append the step's polynomial and
-// fill the output times that it covers; show it to the observer; are steps, evaluations and seconds left. At a stop time the method is reset,
-// because what it knows of the past no longer holds behind a switch. Where there are events (event.hpp), a step is searched for them before it is
-// kept, and one that stops the run or changes the state cuts it short. Whatever ends the run, everything up to the last good step stays.
+// that is: one accepted step of the method, on the constraints; is the state finite and within its limit. Then: append the step's polynomial and fill
+// the output times that it covers; show it to the observer; are steps, evaluations and seconds left. At a stop time the method begins afresh. Where
+// there are events (event.hpp), a step is searched for them before it is kept, and one that stops the run or changes the state cuts it short.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -36,7 +35,7 @@
 #include "qdot/integrate/driver/output_samples.hpp"
 #include "qdot/integrate/driver/run_limits.hpp"
 #include "qdot/integrate/event.hpp"
-#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/time_point.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
@@ -152,7 +151,7 @@ class Driver {
       } else if (passed.cut) {
         if (!cut_at_branch(passed, landing)) return false;
       } else if (passed.retake) {
-        reset_at(stepper_, clock_.moment(elapsed_), run_.y);
+        reset_at(stepper_, clock_.time_point(elapsed_), run_.y);
       } else if (!state_is_sound() || !watched(landing) || !kept() || !within_budget(landing)) return false;
     }
     return true;
@@ -186,7 +185,7 @@ class Driver {
     return found;
   }
   void begin_afresh(bool at_start) {
-    ++restarts_, take_scale(run_.t, run_.y), reset_at(stepper_, clock_.moment(elapsed_), run_.y);
+    ++restarts_, take_scale(run_.t, run_.y), reset_at(stepper_, clock_.time_point(elapsed_), run_.y);
     if constexpr (watches) watch_.begin(run_.t, run_.y, tolerance(run_.y), at_start);
     watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
   }
@@ -252,7 +251,7 @@ class Driver {
     run_.y = y;
     if (options_.keep_trajectory) run_.trajectory.jump(y);
     if (const auto name = watch_.accumulating(firing.elapsed))
-      return end(Outcome::event_accumulation, sentence({"events of ", *name, " follow each other without letting t go on"}));
+      return end(Outcome::zeno, sentence({"events of ", *name, " follow each other without letting t go on"}));
     begin_afresh(at_start);
     fill_outputs_here();
     return observed(false);
@@ -275,14 +274,14 @@ class Driver {
         if (watch_.settle_behind_jump(behind, landing < run_.t, run_.y, tolerance(run_.y), run_.events) && options_.keep_trajectory)
           run_.trajectory.jump(run_.y);
       take_scale(behind, run_.y);
-      reset_at(stepper_, Moment(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y), count_from_here(), clock_.head_for(landing);
+      reset_at(stepper_, TimePoint(run_.t, 0.0, behind == landing ? run_.t : behind), run_.y), count_from_here(), clock_.head_for(landing);
       if (begins_leg) watchdog_->begin(run_.t, run_.y, stepper_.statistics().steps);
     });
   }
 
   // This leg counts as the stepper does, from its last fresh start.
-  void count_from_here() { clock_.start(moment_of(stepper_)), elapsed_ = reached(); }
-  double reached() const { return moment_of(stepper_).elapsed; }
+  void count_from_here() { clock_.start(time_point_of(stepper_)), elapsed_ = reached(); }
+  double reached() const { return time_point_of(stepper_).elapsed; }
 
   // Runs what may find the model refusing; false, with the outcome noted, if it did.
   template <class Evaluation>
@@ -357,7 +356,7 @@ class Driver {
     if (stepper_.t() == landing || !limits_.are_near(options_, stepper_.statistics())) return true;
     const std::optional<Failure> spent = limits_.exceeded(options_, stepper_.statistics(), restarts_, t_end_, [this] { return ways(); });
     if (!spent) return true;
-    const bool asks_why = spent->outcome == Outcome::step_limit || spent->outcome == Outcome::step_collapse;
+    const bool asks_why = spent->outcome == Outcome::step_limit || spent->outcome == Outcome::step_too_small;
     return asks_why ? end_explained(*spent) : end(*spent);
   }
 
@@ -375,7 +374,7 @@ class Driver {
     run_.statistics.wall_seconds = limits_.seconds();
     run_.samples = outputs_.taken();
     run_.message = how_it_ended(run_.outcome, run_.message, run_.t, run_.statistics.steps, scale_.remark());
-    if (run_.completed() && run_.statistics.rough_events > 0) run_.message = sentence({run_.message, "; an event's function could not be followed"});
+    if (run_.completed() && run_.statistics.unresolved_events > 0) run_.message = sentence({run_.message, "; an event's function could not be followed"});
   }
 
   const DrivenForm& system_;

@@ -33,7 +33,7 @@
 #include "qdot/ad/forward/functor_result.hpp"
 #include "qdot/ad/vector.hpp"
 #include "qdot/integrate/event.hpp"
-#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/time_point.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
 
 namespace qdot::detail {

@@ -25,7 +25,7 @@
 #include "qdot/integrate/driver/event_proof.hpp"
 #include "qdot/integrate/driver/listed_event.hpp"
 #include "qdot/integrate/event.hpp"
-#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/time_point.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/run.hpp"
@@ -162,7 +162,7 @@ class EventWatch {
   }
 
   // Adds the steps in which a function could not be followed.
-  void report(Statistics& statistics) const { statistics.rough_events = rough_steps_; statistics.rough_event_time = rough_time_; }
+  void report(Statistics& statistics) const { statistics.unresolved_events = rough_steps_; statistics.unresolved_event_time = rough_time_; }
 
   // What happens next in the step, if anything; its functions are marked as fired.
   std::optional<Firing> next() {
@@ -216,7 +216,7 @@ class EventWatch {
       if (fired_[i]) refuse_backward(firing.t);
     for (std::size_t i = 0; i < listed_; ++i)
       if (fired_[i] && watches_[i].lost)
-        return Failure{Outcome::event_accumulation, sentence({"the time between two events of ", name_of(i), " is shorter than t can tell"})};
+        return Failure{Outcome::zeno, sentence({"the time between two events of ", name_of(i), " is shorter than t can tell"})};
     const Eigen::VectorXd y_before = y;
     std::optional<Failure> failure;
     bool acted = false;

@@ -71,7 +71,7 @@ ListedEvent listed_event(const Event<G, Action>& event) {
   if constexpr (!E::stops && !E::records)
     result.change = [](const void* e, double t, Eigen::VectorXd& y, Eigen::Index dof) {
       const E& self = *static_cast<const E*>(e);
-      return change_state<n>(self.name, self.action, t, y, dof);
+      return change_state<n>(self.name, self.change, t, y, dof);
     };
   if constexpr (E::is_formula)
     result.decide = [](const void* e, StepBounds& bounds, double level, double a, double b) {

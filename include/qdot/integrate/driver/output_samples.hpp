@@ -1,7 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The states at a run's output times, filled as steps cover them. Times are compared as what has elapsed on the leg's clock (moment.hpp):
+// The states at a run's output times, filled as steps cover them. Times are compared as what has elapsed on the leg's clock (time_point.hpp):
 // at a large t two doubles t may be the same where the steps between them are not.
 //
 // Equal moments. Where something happens by the clock, output times within some rounding units of that time are this time (EventClocks::same()), and

@@ -45,8 +45,8 @@ class RunLimits {
     const auto [done, left] = ways();
     const double advanced = done - std::exchange(stall_mark_, done);
     if (!(advanced > 1e-8 * std::min(done, left)))
-      return Failure{Outcome::step_collapse, sentence({"the last ", stall_window, " steps advanced t by no more than ", advanced,
-                                                       ", and t_end = ", t_end, " is far"})};
+      return Failure{Outcome::step_too_small, sentence({"the last ", stall_window, " steps advanced t by no more than ", advanced,
+                                                        ", and t_end = ", t_end, " is far"})};
     steps_mark_ = spent.steps;
     restarts_mark_ = restarts;
     return std::nullopt;

@@ -22,7 +22,7 @@
 #include "qdot/integrate/lanes/runge_kutta_lanes.hpp"
 #include "qdot/integrate/runge_kutta.hpp"
 #include "qdot/integrate/simulate.hpp"
-#include "qdot/integrate/simulate_many.hpp"
+#include "qdot/integrate/ensemble.hpp"
 #include "qdot/integrate/watch/any_watch.hpp"
 
 namespace qdot {

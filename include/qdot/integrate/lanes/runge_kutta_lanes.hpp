@@ -232,7 +232,7 @@ class RungeKuttaLanes {
     });
   }
 
-  // t for functors, on this side of the limit (integrate/moment.hpp).
+  // t for functors, on this side of the limit (integrate/time_point.hpp).
   P shown(const P& elapsed) const {
     if constexpr (!timed) return origin_ + elapsed;
     const P t = origin_ + select(length_ > 0.0, min(elapsed, limit_), max(elapsed, limit_));

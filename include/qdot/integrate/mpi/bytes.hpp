@@ -30,7 +30,7 @@
 
 #include "qdot/error.hpp"
 #include "qdot/integrate/many_in_lanes.hpp"
-#include "qdot/integrate/simulate_many.hpp"
+#include "qdot/integrate/ensemble.hpp"
 #include "qdot/mechanics/system.hpp"
 
 namespace qdot::detail {

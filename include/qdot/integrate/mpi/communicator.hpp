@@ -53,13 +53,13 @@ class Communicator {
     MPI_Initialized(&begun);
     MPI_Finalized(&ended);
     if (!begun || ended)
-      throw_invalid_value({"simulate_many() by MPI must be called between MPI_Init_thread() and MPI_Finalize(), but MPI ",
+      throw_invalid_value({"ensemble() by MPI must be called between MPI_Init_thread() and MPI_Finalize(), but MPI ",
                            begun ? "is finalized" : "is not initialized",
                            begun ? "; do it earlier" : "; say MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided) first"});
     if (users == MPI_COMM_NULL)
       throw_invalid_value(
           {"the communicator must have this rank in it, but is MPI_COMM_NULL; "
-           "call simulate_many() in those ranks alone that MPI_Comm_split() or MPI_Comm_create() gave one"});
+           "call ensemble() in those ranks alone that MPI_Comm_split() or MPI_Comm_create() gave one"});
     check(MPI_Comm_test_inter(users, &between), "MPI_Comm_test_inter");
     if (between) throw_invalid_value({"the communicator must be of one group of ranks, but is an intercommunicator; make it one by MPI_Intercomm_merge()"});
     check(MPI_Comm_dup(users, &own_), "MPI_Comm_dup");
@@ -161,7 +161,7 @@ class Communicator {
     char text[MPI_MAX_ERROR_STRING] = "";
     int length = 0;
     MPI_Error_string(code, text, &length);
-    throw Error(sentence({"the ranks of simulate_many() must be able to reach each other, but ", function, " of rank ", rank_, " of ",
+    throw Error(sentence({"the ranks of ensemble() must be able to reach each other, but ", function, " of rank ", rank_, " of ",
                           size_, " says: ", std::string_view(text, static_cast<std::size_t>(length)),
                           "; end the job, look whether a rank is gone or its network, and start it again"}));
   }

@@ -27,7 +27,7 @@
 #include "qdot/integrate/mpi/bytes.hpp"
 #include "qdot/integrate/mpi/communicator.hpp"
 #include "qdot/integrate/mpi/desk.hpp"
-#include "qdot/integrate/simulate_many.hpp"
+#include "qdot/integrate/ensemble.hpp"
 
 namespace qdot::detail {
 
@@ -38,7 +38,7 @@ class RankQueue {
  public:
   // own_rules() throws what is wrong with the arguments of this rank. Where something is on any, all throw.
   template <class Rules>
-  RankQueue(MPI_Comm communicator, std::size_t count, bool on_all, const ManyOptions& many, std::size_t longest_chunk, const Rules& own_rules)
+  RankQueue(MPI_Comm communicator, std::size_t count, bool on_all, const EnsembleOptions& many, std::size_t longest_chunk, const Rules& own_rules)
       : ranks_(communicator), count_(count) {
     std::exception_ptr error;
     try {
@@ -97,11 +97,11 @@ class RankQueue {
     const auto disagree = [&](const char* about, const char* remedy, auto what) {
       for (std::size_t r = 1; r < all.size(); ++r)
         if (what(all[r]) != what(all[0]))
-          throw_invalid_value({"all ranks must call simulate_many() with the same ", about, ", but rank 0 says ", what(all[0]),
+          throw_invalid_value({"all ranks must call ensemble() with the same ", about, ", but rank 0 says ", what(all[0]),
                                " and rank ", r, " ", what(all[r]), remedy});
     };
     disagree("number of motions", "; send rank 0's to the others by MPI_Bcast()", [](const Terms& t) { return t.count; });
-    disagree("ManyOptions::chunk", "; set it to one number on all, or to 0", [](const Terms& t) { return t.chunk; });
+    disagree("EnsembleOptions::chunk", "; set it to one number on all, or to 0", [](const Terms& t) { return t.chunk; });
     disagree("MpiRanks::results_on_all", "; set it alike", [](const Terms& t) { return t.on_all; });
     for (std::size_t r = 0; r < all.size(); ++r) {
       const Terms& terms = all[r];
@@ -111,7 +111,7 @@ class RankQueue {
       if (terms.level == 0 || (terms.threads > 1 && terms.level < 2))
         throw_invalid_value(
             {"MPI must be told that there are several threads, but rank ", r,
-             terms.level == 0 ? " calls simulate_many() in another thread than the one that began MPI" : " asks for ",
+             terms.level == 0 ? " calls ensemble() in another thread than the one that began MPI" : " asks for ",
              terms.level == 0 ? "" : std::to_string(terms.threads) + " of them under MPI_THREAD_SINGLE",
              terms.level == 0
                  ? "; call it in that one, or say MPI_Init_thread(&argc, &argv, MPI_THREAD_SERIALIZED, &provided)"
@@ -122,7 +122,7 @@ class RankQueue {
       std::string message = error ? Kept<int>{{}, error}.message() : "";
       ranks_.share(message, static_cast<int>(r));
       if (error) std::rethrow_exception(error);
-      throw Error(sentence({"all ranks must call simulate_many() with valid arguments, but on rank ", r, ": ", message}));
+      throw Error(sentence({"all ranks must call ensemble() with valid arguments, but on rank ", r, ": ", message}));
     }
   }
 
@@ -206,7 +206,7 @@ class RankQueue::Share {
       for (const Kept<R>& kept : work_(first_of(chunk), first_of(chunk + 1))) write_kept(bytes, kept);
       if (bytes.size() <= INT_MAX) return bytes;
       throw_invalid_value({"what is kept of a chunk of motions must be less than 2 GB, but is ", bytes.size(),
-                           " bytes; choose a smaller ManyOptions::chunk than ", queue_.chunk_});
+                           " bytes; choose a smaller EnsembleOptions::chunk than ", queue_.chunk_});
     } catch (...) {
       const Kept<R> wrong{{}, std::current_exception()};
       begin(false);

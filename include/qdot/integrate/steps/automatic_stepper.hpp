@@ -42,7 +42,7 @@ class BasicAutomaticStepper {
   /// Starts (afresh) at (t, y), with the method for smooth motion.
   ///
   /// @throws as the stepper of the smooth method does
-  void reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y);
+  void reset(const TimePoint& moment, const Eigen::Ref<const Eigen::VectorXd>& y);
 
   bool step(double t_limit);
 
@@ -58,7 +58,8 @@ class BasicAutomaticStepper {
   const Failure& failure() const { return steppers_[active_]->failure(); }
   double t() const noexcept { return steppers_[active_]->t(); }
   double t_previous() const noexcept { return steppers_[active_]->t_previous(); }
-  Moment moment() const noexcept { return steppers_[active_]->moment(); }
+  TimePoint time_point() const noexcept { return steppers_[active_]->time_point(); }
+  [[deprecated("qdot: say time_point()")]] TimePoint moment() const noexcept { return time_point(); }
   Eigen::Map<const Eigen::VectorXd> y() const noexcept { return steppers_[active_]->y(); }
   int order() const { return steppers_[active_]->order(); }
   const Statistics& statistics() const noexcept { return statistics_; }
@@ -106,7 +107,7 @@ class BasicAutomaticStepper {
 
   void begin_watch() {
     steps_ = warnings_ = 0;
-    elapsed_mark_ = moment().elapsed;
+    elapsed_mark_ = time_point().elapsed;
     cost_mark_ = cost();
   }
 
@@ -158,7 +159,7 @@ template <class Number>
 }
 
 template <class Number>
-void BasicAutomaticStepper<Number>::reset(const Moment& moment, const Eigen::Ref<const Eigen::VectorXd>& y) {
+void BasicAutomaticStepper<Number>::reset(const TimePoint& moment, const Eigen::Ref<const Eigen::VectorXd>& y) {
   renew_();
   use(first());
   const auto go_on_smoothly = [&](const char* why) { use(smooth), at(smooth).reset(moment, y), say(why); };
@@ -189,7 +190,7 @@ bool BasicAutomaticStepper<Number>::step(double t_limit) {
   if (next_ != active_) turn_to(next_);
   bool accepted = at(active_).step(t_limit);
   const Outcome end = at(active_).failure().outcome;
-  if (!accepted && active_ != smooth && end != Outcome::stopped_by_model && (end != Outcome::event_accumulation || active_ != series)) {
+  if (!accepted && active_ != smooth && end != Outcome::stopped_by_model && (end != Outcome::zeno || active_ != series)) {
     why_ = detail::sentence({"the method before ended with ", name(end)});
     (active_ == series ? series_failed_ : stiff_failed_) = true;
     if (turn_to(smooth)) {
@@ -211,7 +212,7 @@ template <class Number>
 
 template <class Number>
 bool BasicAutomaticStepper<Number>::turn_to(Member m) {
-  const Moment from = moment();
+  const TimePoint from = time_point();
   const Eigen::VectorXd state = y();
   Failure ignored;
   next_ = active_;
@@ -243,7 +244,7 @@ void BasicAutomaticStepper<Number>::watch() {
   Failure ignored;
   ++checks_;
   if (!detail::attempted(ignored, [&] { rho = detail::radius_at(radius_, t(), y()); }) || !std::isfinite(rho)) return;
-  const double elapsed = moment().elapsed;
+  const double elapsed = time_point().elapsed;
   const double advance = std::abs(elapsed - std::exchange(elapsed_mark_, elapsed));
   const double spent = cost() - std::exchange(cost_mark_, cost());
   if (active_ == stiff) {

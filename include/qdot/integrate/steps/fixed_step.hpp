@@ -85,7 +85,7 @@ class FixedStep : public OneStep<N> {
     else return n;
   }
 
-  void begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  void begin(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     Base::begin(at, y);
     this->evaluate(this->elapsed_, this->y_, ydot_);
     ydot_is_current_ = true;

@@ -11,10 +11,10 @@
 //   limits    t_limit must lie ahead. A step that would end beyond it, or a hair's breadth before it,
 //             is made to end on it, and then t is set to t_limit itself, so that rounding of t + h
 //             cannot leave a rest of 1e-16 s to be stepped over.
-//   time      Steps count what has elapsed since the origin of reset() (moment.hpp); t is for readers and functors.
+//   time      Steps count what has elapsed since the origin of reset() (time_point.hpp); t is for readers and functors.
 //   trouble   NonFinite, MassMatrixError and RecoverableError from the model mean "not here": the
 //             step was too long for the model's domain. The method tries a shorter one, down to the
-//             floor of some rounding units (moment.hpp). Then the last trouble names the outcome.
+//             floor of some rounding units (time_point.hpp). Then the last trouble names the outcome.
 //             StopRequest ends the run at once; all other exceptions pass through.
 //   account   steps, rejections, the component with the largest weighted error.
 
@@ -28,7 +28,7 @@
 #include <utility>
 
 #include "qdot/error.hpp"
-#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/time_point.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/statistics.hpp"
@@ -87,7 +87,8 @@ class OneStep {
   const Failure& failure() const noexcept { return failure_; }
   double t() const noexcept { return t_; }
   double t_previous() const noexcept { return t_previous_; }
-  Moment moment() const noexcept { return clock_.moment(elapsed_); }
+  TimePoint time_point() const noexcept { return clock_.time_point(elapsed_); }
+  [[deprecated("qdot: say time_point()")]] TimePoint moment() const noexcept { return time_point(); }
   const Y& y() const noexcept { return y_; }
   int order() const noexcept { return order_; }
   const Statistics& statistics() const noexcept { return statistics_; }
@@ -125,7 +126,7 @@ class OneStep {
   }
 
   // Takes over a start, and the model as it is now; the direction of time is open again.
-  void begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y);
+  void begin(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y);
 
   // Fixes the direction at the first step after begin().
   //
@@ -170,7 +171,7 @@ class OneStep {
   // The trouble of an error test that fails however small the step; put into words by give_up(), for most such steps are
   // followed by a shorter one that does not fail.
   void blame_error_test(Eigen::Index worst) noexcept {
-    failure_.outcome = Outcome::step_collapse;
+    failure_.outcome = Outcome::step_too_small;
     blamed_ = worst;
   }
 
@@ -214,7 +215,7 @@ OneStep<N>::OneStep(std::unique_ptr<Rates> rates, std::string method, int order,
 }
 
 template <int N>
-void OneStep<N>::begin(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+void OneStep<N>::begin(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
   const double t = at.t();
   rates_->renew();
   if (y.size() != size())
@@ -257,7 +258,7 @@ void OneStep<N>::accept(double elapsed_new, Eigen::Index worst) {
 
 template <int N>
 [[gnu::cold, gnu::noinline]] bool OneStep<N>::give_up(double h) {
-  if (failure_.outcome == Outcome::step_collapse) {
+  if (failure_.outcome == Outcome::step_too_small) {
     failure_.message = blamed_ < 0 ? sentence({"the local error stayed too large"})
                                    : sentence({"the local error stayed too large, most of all in ", component_name(blamed_), " = ", y_[blamed_]});
   }

@@ -13,7 +13,7 @@
 // Runge–Kutta method would take the left end, s ∈ [0, 1]). Dense output, output times, event
 // location and the trajectory need nothing else, so they are written once.
 //
-// τ counts from `base` (moment.hpp), so that a step may be shorter than a rounding unit of t. Such a step does not contain the
+// τ counts from `base` (time_point.hpp), so that a step may be shorter than a rounding unit of t. Such a step does not contain the
 // double t that is nearest to it. For a t outside, the value is that at the end of the nearest step.
 
 #include <Eigen/Core>

@@ -15,7 +15,7 @@
 // Which side. Rounding leaves the state of an edge on either side of it. So there, and where a motion starts on a guard, the value of g does not decide,
 // but its coefficients of higher order do. A guard that rounding cannot tell from zero is taken for zero. If it goes to the side of another branch, that
 // one is tried. Where guards are zero together, each is turned in this way. Every branch may lead to one that has been tried, as friction does on a body at
-// rest; then no branch holds the motion. The run ends as event_accumulation, and names the comparison. So it does where edges crowd. A motion that starts
+// rest; then no branch holds the motion. The run ends as zeno, and names the comparison. So it does where edges crowd. A motion that starts
 // on a guard, and may leave it to both sides, is not unique: refused_by_model.
 //
 // Functors that ask for a plain value (isnan, innermost_value) are refused, for no guard holds it; so are constraints that branch.
@@ -32,7 +32,7 @@
 
 #include "qdot/ad/formula/branches.hpp"
 #include "qdot/error.hpp"
-#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/time_point.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/steps/first_descent.hpp"
 #include "qdot/integrate/steps/kept_branches.hpp"
@@ -49,7 +49,7 @@ struct SeriesBranches {
   virtual void begin(double t, const double* y) = 0;
   /// Goes over to the branch beyond the guard at which the present one ends; false if it does not end here.
   ///
-  /// @throws EndOfRun  event_accumulation, where no branch holds the motion
+  /// @throws EndOfRun  zeno, where no branch holds the motion
   virtual bool turn(double t, const double* y) = 0;
   /// Whether the motion, which has been expanded, stays on the branch for longer than `least`, on a way to which it looks ahead.
   virtual bool stays(double elapsed, double way, double least) = 0;
@@ -166,7 +166,7 @@ class BranchedSeries final : public PowerSeries, public SeriesBranches {
 
 template <class X>
 [[noreturn]] void BranchedSeries<X>::refuse_here(const char* how) const {
-  throw EndOfRun({Outcome::event_accumulation, sentence({now_->guards()[left_at_].what, " is met at t = ", t_, ", and ", how})});
+  throw EndOfRun({Outcome::zeno, sentence({now_->guards()[left_at_].what, " is met at t = ", t_, ", and ", how})});
 }
 
 template <class X>

@@ -57,7 +57,7 @@ class TaylorStepper : public detail::OneStep<N> {
   /// Starts (afresh) at (t, y) with the functors as they are now; evaluates the equations once there.
   ///
   /// @throws as RungeKuttaStepper::reset; NotAnalytic where functors ask for plain numbers, or a constraint branches
-  void reset(const Moment& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
+  void reset(const TimePoint& at, const Eigen::Ref<const Eigen::VectorXd>& y) {
     this->begin(at, y);
     for (Eigen::Index i = 0; i < size(); ++i)
       if (this->y_[i] == 0.0 && this->atol_[i] == detail::positive_atol(0.0))

@@ -11,7 +11,7 @@
 #include <memory>
 #include <optional>
 
-#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/time_point.hpp"
 #include "qdot/integrate/options.hpp"
 #include "qdot/integrate/outcome.hpp"
 #include "qdot/integrate/statistics.hpp"

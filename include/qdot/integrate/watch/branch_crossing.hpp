@@ -168,7 +168,7 @@ std::optional<Failure> BranchCrossing<Number>::sliding(const Eigen::VectorXd& ra
     return named(Outcome::refused_by_model,
                  "the start lies on the boundary and the equations on either side lead away from it, so that the motion is not unique; begin on one side");
   if (!(here < -clearly * size && there > clearly * size)) return std::nullopt;
-  return named(Outcome::event_accumulation, "the equations on either side push the motion back to the other, so that it switches without end: it slides "
+  return named(Outcome::zeno, "the equations on either side push the motion back to the other, so that it switches without end: it slides "
                                             "along the boundary; say friction by dry_friction() and walls by contact(), which hold it there");
 }
 

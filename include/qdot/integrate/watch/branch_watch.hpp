@@ -27,7 +27,7 @@
 #include <Eigen/Core>
 #include <memory>
 
-#include "qdot/integrate/moment.hpp"
+#include "qdot/integrate/time_point.hpp"
 #include "qdot/integrate/steps/neighbouring_branches.hpp"
 #include "qdot/integrate/steps/polynomial.hpp"
 #include "qdot/integrate/watch/branch_steps.hpp"

@@ -209,7 +209,7 @@ template <class Number = double>
     return sentence({where.empty() ? "" : "; ", where});
   }
   const bool collapsed =
-      outcome == Outcome::step_collapse || outcome == Outcome::error_test_failure || outcome == Outcome::corrector_failure;
+      outcome == Outcome::step_too_small || outcome == Outcome::error_test_failure || outcome == Outcome::corrector_failure;
   if (!collapsed && outcome != Outcome::step_limit) return {};
   const std::string why = diagnosis_of(f, at, collapsed);
   return sentence({why.empty() ? "" : "; diagnosis: ", why});

@@ -14,7 +14,7 @@ class Qdot(CMakePackage):
 
     license("MIT")
 
-    version("0.2.0", branch="main")
+    version("0.3.0", branch="main")
 
     variant("cvode", default=False, description="The component cvode: methods of SUNDIALS")
     variant("optimal", default=False, description="The component optimal: optimal motions by Ipopt")

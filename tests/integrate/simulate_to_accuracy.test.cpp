@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/integrate/accurate_simulation.hpp"
+#include "qdot/integrate/simulate_to_accuracy.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -66,8 +66,8 @@ TEST_CASE("the error of the whole motion is what was asked for, and three times 
     const auto times = accurate_scenes::equal_times(scene.t_end, parts);
     const Eigen::MatrixXd exact = accurate_scenes::columns(scene.exact(times));
     for (const double accuracy : {1e-3, 1e-6, 1e-9, 1e-12}) {
-      const auto result = accurate_simulation(scene.equations, start_of(scene), scene.t_end, Dop853{}, accuracy,
-                                              {.output_times = times, .keep_trajectory = false});
+      const auto result = simulate_to_accuracy(scene.equations, start_of(scene), scene.t_end, Dop853{}, accuracy,
+                                               {.output_times = times, .keep_trajectory = false});
       const double error = true_error(result.run.samples, exact);
       INFO(scene.name << ", accuracy " << accuracy << ": error " << error << ", estimate " << result.error_estimate);
       CHECK(error <= honest * result.error_estimate);
@@ -141,9 +141,9 @@ void check_reached(const F& f, const std::vector<double>& start, double t_end, d
   const auto n = static_cast<Eigen::Index>(start.size());
   const auto exact = accurate_scenes::columns(
       accurate_scenes::extrapolated([&](Real t, const Real* y, Real* d) { f(t, y, d); }, start, times));
-  const auto result = accurate_simulation(equations(n, [&](double t, const double* y, double* d) { f(t, y, d); }),
-                                          FirstOrderState{0.0, Eigen::Map<const Eigen::VectorXd>(start.data(), n)}, t_end, Dop853{}, accuracy,
-                                          {.output_times = times, .keep_trajectory = false});
+  const auto result = simulate_to_accuracy(equations(n, [&](double t, const double* y, double* d) { f(t, y, d); }),
+                                           FirstOrderState{0.0, Eigen::Map<const Eigen::VectorXd>(start.data(), n)}, t_end, Dop853{}, accuracy,
+                                           {.output_times = times, .keep_trajectory = false});
   const double error = true_error(result.run.samples, exact);
   INFO("accuracy " << accuracy << ": error " << error << ", estimate " << result.error_estimate << ", evaluations " << result.evaluations);
   REQUIRE(result.reached());
@@ -187,8 +187,8 @@ TEST_CASE("near a pole of the coordinates, where rates are large for an instant,
     const double s = std::sin(y[0]), c = std::cos(y[0]);
     d[0] = y[2], d[1] = y[3], d[2] = s * (c * y[3] * y[3] - 9.81), d[3] = -2 * c / s * y[2] * y[3];
   });
-  const auto result = accurate_simulation(angles, FirstOrderState{0.0, Eigen::Vector4d(theta, 0, 0, turn)}, t_end, Dop853{}, accuracy,
-                                          {.output_times = times, .keep_trajectory = false});
+  const auto result = simulate_to_accuracy(angles, FirstOrderState{0.0, Eigen::Vector4d(theta, 0, 0, turn)}, t_end, Dop853{}, accuracy,
+                                           {.output_times = times, .keep_trajectory = false});
   REQUIRE(result.reached());
   const Real x0 = std::sin(Real(theta)), z0 = -std::cos(Real(theta)), v0 = x0 * turn;
   const auto rod = [&](Real, const Real* u, Real* d) {  // u: what is added to the start
@@ -219,8 +219,8 @@ TEST_CASE("near a pole of the coordinates, where rates are large for an instant,
 
 TEST_CASE("what chaos makes of rounding is not called accurate") {
   // Forty seconds of a double pendulum amplify errors by some 1e17.
-  const auto result = accurate_simulation(equations(4, double_pendulum), FirstOrderState{0.0, Eigen::Vector4d(2.0, 2.5, 0.0, 0.0)},
-                                          60.0, Dop853{}, 1e-6);
+  const auto result = simulate_to_accuracy(equations(4, double_pendulum), FirstOrderState{0.0, Eigen::Vector4d(2.0, 2.5, 0.0, 0.0)},
+                                           60.0, Dop853{}, 1e-6);
   CHECK(result.run.outcome == Outcome::accuracy_not_reached);
   CHECK(result.error_estimate > 1e-2);
   CHECK(result.run.t == 60.0);
@@ -238,7 +238,7 @@ TEST_CASE("a component that is zero but for rounding does not spoil the others")
   });
   Eigen::VectorXd y(6);
   y << 1.0 / 3, 0, -1.0 / 3, 0, 1e-17, 0;
-  const auto result = accurate_simulation(springs, FirstOrderState{0.0, y}, 20.0, Dop853{}, 1e-9);
+  const auto result = simulate_to_accuracy(springs, FirstOrderState{0.0, y}, 20.0, Dop853{}, 1e-9);
   CHECK(result.reached());
   CHECK(std::abs(result.run.y[0] - std::cos(std::sqrt(1.2) * 20.0) / 3) < 1e-9);
 }
@@ -250,19 +250,19 @@ TEST_CASE("impacts are compared on either side of them, and their times count") 
   const auto in_air = equations(2, [](double, const double* y, double* d) {
     d[0] = y[1], d[1] = -9.81 - 0.2 * y[1] * std::abs(y[1]);
   });
-  const auto floor = event("floor", [](const auto& q) { return q[0]; }).falling().then([](double, Eigen::VectorXd& y) {
+  const auto floor = event("floor", [](const auto& q) { return q[0]; }).falling().action([](double, Eigen::VectorXd& y) {
     y[0] = std::abs(y[0]);
     y[1] *= -restitution;
   });
   const FirstOrderState drop{0.0, Eigen::Vector2d(1.0, 0.0)};
-  const auto exact = accurate_simulation(ball, drop, 2.0, Dop853{}, 1e-9, {}, events(floor));
+  const auto exact = simulate_to_accuracy(ball, drop, 2.0, Dop853{}, 1e-9, {}, events(floor));
   REQUIRE(exact.reached());
   REQUIRE(exact.run.events.size() >= 2);
   const double first = std::sqrt(2 / g);
   CHECK(std::abs(exact.run.events[0].t - first) < 1e-9);
   CHECK(std::abs(exact.run.events[1].t - first * (1 + 2 * restitution)) < 1e-9);
 
-  const auto result = accurate_simulation(in_air, drop, 2.0, Dop853{}, 1e-7, {}, events(floor));
+  const auto result = simulate_to_accuracy(in_air, drop, 2.0, Dop853{}, 1e-7, {}, events(floor));
   const auto reference = simulate(in_air, drop, 2.0, Dop853{}, {.rtol = 1e-14, .atol = 1e-15}, events(floor));
   REQUIRE(result.reached());
   REQUIRE(result.run.events.size() == reference.events.size());
@@ -278,7 +278,7 @@ TEST_CASE("impacts are compared on either side of them, and their times count") 
 TEST_CASE("a run that stops at an event is compared there") {
   const auto pendulum = equations(2, [](double, const double* y, double* d) { d[0] = y[1], d[1] = -9.81 * std::sin(y[0]); });
   const auto bottom = event("bottom", [](const auto& y) { return y[0]; }).falling().stop();
-  const auto result = accurate_simulation(pendulum, FirstOrderState{0.0, Eigen::Vector2d(2.5, 0.0)}, 5.0, Dop853{}, 1e-9, {}, events(bottom));
+  const auto result = simulate_to_accuracy(pendulum, FirstOrderState{0.0, Eigen::Vector2d(2.5, 0.0)}, 5.0, Dop853{}, 1e-9, {}, events(bottom));
   CHECK(result.reached());
   CHECK(result.run.outcome == Outcome::stopped_by_event);
   CHECK(std::abs(result.run.t - 3.29593224651612 / 4) < 5e-9);  // a quarter of the period 4 √(l/g) K
@@ -286,7 +286,7 @@ TEST_CASE("a run that stops at an event is compared there") {
 
 TEST_CASE("a run that cannot go on says so, not that it is inaccurate") {
   const auto fall = equations(2, [](double, const double* y, double* d) { d[0] = y[1], d[1] = -1 / (y[0] * y[0]); });
-  const auto result = accurate_simulation(fall, FirstOrderState{0.0, Eigen::Vector2d(0.4, 0.0)}, 2.0, Dop853{}, 1e-6);
+  const auto result = simulate_to_accuracy(fall, FirstOrderState{0.0, Eigen::Vector2d(0.4, 0.0)}, 2.0, Dop853{}, 1e-6);
   CHECK_FALSE(result.reached());
   CHECK(failed(result.run.outcome));
   CHECK(result.run.outcome != Outcome::accuracy_not_reached);
@@ -294,11 +294,11 @@ TEST_CASE("a run that cannot go on says so, not that it is inaccurate") {
 }
 
 TEST_CASE("limits hold for all runs together") {
-  const auto result = accurate_simulation(equations(4, double_pendulum), FirstOrderState{0.0, Eigen::Vector4d(1.7, 1.7, 0.0, 0.0)},
-                                          10.0, Dop853{}, 1e-10, {.max_evaluations = 9000});
+  const auto result = simulate_to_accuracy(equations(4, double_pendulum), FirstOrderState{0.0, Eigen::Vector4d(1.7, 1.7, 0.0, 0.0)},
+                                           10.0, Dop853{}, 1e-10, {.max_evaluations = 9000});
   CHECK_FALSE(result.reached());
   CHECK(result.evaluations < 9100);
-  CHECK_THROWS_WITH(accurate_simulation(equations(4, double_pendulum), FirstOrderState{0.0, Eigen::Vector4d::Zero()}, 1.0, Dop853{}, 0.0),
+  CHECK_THROWS_WITH(simulate_to_accuracy(equations(4, double_pendulum), FirstOrderState{0.0, Eigen::Vector4d::Zero()}, 1.0, Dop853{}, 0.0),
                     "the accuracy must lie between 0 and 1, but is 0; ask for the relative error of the whole motion, say 1e-6");
 }
 
@@ -308,7 +308,7 @@ TEST_CASE("the forecast for three more digits is what they cost") {
     const Scene& scene = scenes[i];
     INFO(scene.name);
     const auto work = [&](double accuracy) {
-      return accurate_simulation(scene.equations, start_of(scene), scene.t_end, Dop853{}, accuracy);
+      return simulate_to_accuracy(scene.equations, start_of(scene), scene.t_end, Dop853{}, accuracy);
     };
     const auto now = work(1e-6), then = work(1e-9);
     CHECK(now.forecast[2].accuracy == Approx(1e-9));
@@ -323,7 +323,7 @@ TEST_CASE("the forecast for three more digits is what they cost") {
 
 TEST_CASE("a trajectory that is kept is as accurate between the times at which it was compared") {
   const Scene scene = accurate_scenes::all()[0];
-  const auto result = accurate_simulation(scene.equations, start_of(scene), scene.t_end, Dop853{}, 1e-8);
+  const auto result = simulate_to_accuracy(scene.equations, start_of(scene), scene.t_end, Dop853{}, 1e-8);
   REQUIRE(result.reached());
   CHECK(result.run.samples.t.empty());
   const auto times = accurate_scenes::equal_times(scene.t_end, 333);
@@ -339,7 +339,7 @@ TEST_CASE("a model that the first of several runs has left changed is refused") 
   double k = 1.0;
   const auto spring = mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [&k](const auto& q) { return 0.5 * k * q[0] * q[0]; });
   const State<1> start{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)};
-  CHECK(accurate_simulation(spring, start, 3.0, Dop853{}, 1e-8).run.completed());
-  const auto stiffer = events(event("stiffer", [](const auto&, const auto&, const auto& t) { return t - 1.0; }).then([&k](State<1>&) { k = 4.0; }));
-  CHECK_THROWS_AS(accurate_simulation(spring, start, 3.0, Dop853{}, 1e-8, Options{}, stiffer), InvalidValue);
+  CHECK(simulate_to_accuracy(spring, start, 3.0, Dop853{}, 1e-8).run.completed());
+  const auto stiffer = events(event("stiffer", [](const auto&, const auto&, const auto& t) { return t - 1.0; }).action([&k](State<1>&) { k = 4.0; }));
+  CHECK_THROWS_AS(simulate_to_accuracy(spring, start, 3.0, Dop853{}, 1e-8, Options{}, stiffer), InvalidValue);
 }

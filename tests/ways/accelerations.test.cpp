@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "bench/chain_energies.hpp"
-#include "qdot/mechanics/ensemble.hpp"
+#include "qdot/mechanics/accelerations.hpp"
 #include "scenes/double_pendulum.hpp"
 #include "scenes/heavy_top.hpp"
 #include "scenes/kepler.hpp"

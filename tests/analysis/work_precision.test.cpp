@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/analysis/accuracy.hpp"
+#include "qdot/analysis/work_precision.hpp"
 
 #include <cmath>
 
@@ -16,13 +16,13 @@ namespace {
 const State<2> pericentre{0.0, {0.4, 0.0}, {0.0, 2.0}};
 constexpr double two_periods = 12.566370614359172;
 
-const StudyOptions short_study{.tolerances = {1e-4, 1e-8, 1e-12}, .outputs = 8, .seconds_per_cell = 1e-4, .longest_run = 60};
+const WorkPrecisionOptions short_study{.tolerances = {1e-4, 1e-8, 1e-12}, .outputs = 8, .seconds_per_cell = 1e-4, .longest_run = 60};
 
 }  // namespace
 
 TEST_CASE("errors of a study are those against the closed orbit") {
   const auto kepler = mechanical_system<2>(scenes::Kepler{});
-  const auto study = accuracy_study(kepler, pericentre, two_periods, short_study, by_tolerance("dopri5", Dopri5{}));
+  const auto study = work_precision(kepler, pericentre, two_periods, short_study, by_tolerance("dopri5", Dopri5{}));
   REQUIRE(study.measurements.size() == 3);
   for (const Measurement& m : study.measurements) {
     INFO(m.method << " " << m.setting);
@@ -43,7 +43,7 @@ TEST_CASE("errors of a study are those against the closed orbit") {
 TEST_CASE("halving the step of a symplectic method of order 4 divides its error by 16") {
   const auto oscillator = mechanical_system<1>(scenes::HarmonicOscillator{});
   const State<1> start{0.0, Vector<double, 1>(1.0), Vector<double, 1>(0.0)};
-  const auto study = accuracy_study(oscillator, start, 10.0, short_study,
+  const auto study = work_precision(oscillator, start, 10.0, short_study,
                                     by_step("bm4", [](double h) { return Splitting{.step = h, .scheme = SplittingScheme::blanes_moan_4}; }));
   int compared = 0;
   for (const Measurement& a : study.measurements)
@@ -57,7 +57,7 @@ TEST_CASE("halving the step of a symplectic method of order 4 divides its error 
 }
 
 TEST_CASE("the cheapest run is the least of those that are accurate enough") {
-  AccuracyStudy study;
+  WorkPrecision study;
   study.reference.uncertainty = 0.9e-12;
   const auto add = [&](const char* method, double error, double cpu, Outcome outcome = Outcome::completed) {
     Measurement m;
@@ -69,7 +69,7 @@ TEST_CASE("the cheapest run is the least of those that are accurate enough") {
   };
   add("a", 1e-4, 1.0);
   add("b", 1e-6, 2.0);
-  add("c", 1e-7, 0.5, Outcome::step_collapse);
+  add("c", 1e-7, 0.5, Outcome::step_too_small);
   add("d", 5e-14, 8.0);  // better than the reference can tell
   CHECK(study.cheapest(1e-3)->method == "a");
   CHECK(study.cheapest(1e-5)->method == "b");
@@ -82,12 +82,12 @@ TEST_CASE("a run that fails is kept with its outcome") {
   const auto free = mechanical_system<1>([](const auto& qdot) { return 0.5 * qdot[0] * qdot[0]; }, [](const auto& q) { return 0.0 * q[0]; });
   ReferenceMotion reference = reference_motion(free, State<1>{0.0, Vector<double, 1>(0.0), Vector<double, 1>(1.0)}, {1.0, 2.0});
   Contender broken{"broken", false, [](double) -> ObservedRun { throw NonFinite("q", 0.7, "q must be finite, but is not"); }, {}};
-  Contender stuck{"stuck", false, [](double) { return ObservedRun{{1, 2, 3, 4}, Outcome::step_collapse, "stuck", 0.5}; }, {}};
-  StudyOptions options = short_study;
-  const auto study = accuracy_study(reference, 0.0, {broken, stuck}, {}, options);
+  Contender stuck{"stuck", false, [](double) { return ObservedRun{{1, 2, 3, 4}, Outcome::step_too_small, "stuck", 0.5}; }, {}};
+  WorkPrecisionOptions options = short_study;
+  const auto study = work_precision(reference, 0.0, {broken, stuck}, {}, options);
   REQUIRE(study.measurements.size() == 4);  // given up after the second failure of each
   CHECK(study.measurements[0].outcome == Outcome::non_finite);
-  CHECK(study.measurements[2].outcome == Outcome::step_collapse);
+  CHECK(study.measurements[2].outcome == Outcome::step_too_small);
   CHECK(study.measurements[2].evaluations == 3);
   CHECK(std::isnan(study.measurements[2].largest_error));
   CHECK(study.cheapest(1.0) == nullptr);

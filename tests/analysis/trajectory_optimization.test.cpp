@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/analysis/optimal_motion.hpp"
+#include "qdot/analysis/trajectory_optimization.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -12,8 +12,8 @@
 
 using qdot::error_message;
 using qdot::least_integral;
-using qdot::least_time;
-using qdot::optimal_motion;
+using qdot::minimum_time;
+using qdot::trajectory_optimization;
 using qdot::OptimalOptions;
 using qdot::OptimalOutcome;
 using qdot::OptimalTask;
@@ -63,14 +63,14 @@ OptimalTask<2> way(double T, double distance) { return {.start = {0.0, {0.0, 0.0
 
 // u = 6 d/T² − 12 d t/T³ and ∫ u² = 12 d²/T³.
 TEST_CASE("the least effort over a distance is a straight line in time") {
-  const auto found = optimal_motion(pushed, way(2.0, 3.0), least_integral(Price{.effort = 1.0}), OptimalOptions{.intervals = 3});
+  const auto found = trajectory_optimization(pushed, way(2.0, 3.0), least_integral(Price{.effort = 1.0}), OptimalOptions{.intervals = 3});
   INFO(found.message);
   REQUIRE(found.solved());
   CHECK(std::abs(found.cost - 12.0 * 9.0 / 8.0) < 1e-8);
   for (const double t : {0.0, 0.7, 1.9, 2.0}) CHECK(std::abs(found.input(t)[0] - (4.5 - 4.5 * t)) < 1e-7);
   CHECK(std::abs(found.at(1.0).q[0] - 1.5) < 1e-8);
   CHECK(found.miss.cwiseAbs().maxCoeff() < 1e-8);
-  const auto bent = optimal_motion(pushed, way(2.0, 3.0), least_integral(Price{.effort = 1.0}), [](const auto& t) { return qdot::vector(t * t, t); },
+  const auto bent = trajectory_optimization(pushed, way(2.0, 3.0), least_integral(Price{.effort = 1.0}), [](const auto& t) { return qdot::vector(t * t, t); },
                                    OptimalOptions{.intervals = 3});
   CHECK(std::abs(bent.cost - found.cost) < 1e-8);
   CHECK(error_message([&] { return found.input(2.5); }) ==
@@ -83,7 +83,7 @@ TEST_CASE("the least time over a distance takes all the force there is") {
   auto task = way(3.0, 2.0);
   task.times = {0.5, 10.0};
   task.bounds = {{"push", -2.0, 2.0}};
-  const auto found = optimal_motion(pushed, task, least_integral(Price{.time = 1.0}), OptimalOptions{.intervals = 8});
+  const auto found = trajectory_optimization(pushed, task, least_integral(Price{.time = 1.0}), OptimalOptions{.intervals = 8});
   INFO(found.message);
   REQUIRE(found.solved());
   CHECK(std::abs(found.t_end - 2.0) < 1e-6);
@@ -96,9 +96,9 @@ TEST_CASE("the least time over a distance takes all the force there is") {
 TEST_CASE("the brachistochrone is the cycloid") {
   const double g = 9.80665;
   const auto bead = scene(mover({.g = g}), qdot::input<1>("guide", Guide{}));
-  const auto found = optimal_motion(bead, {.start = {0.0, {0.0, 10.0}, {0.0, 0.0}}, .end = {2.0, {10.0, 5.0}, {5.0, 0.0}},
+  const auto found = trajectory_optimization(bead, {.start = {0.0, {0.0, 10.0}, {0.0, 0.0}}, .end = {2.0, {10.0, 5.0}, {5.0, 0.0}},
                                            .free_at_end = {"qdot0", "qdot1"}, .times = {{0.5, 5.0}}},
-                                    least_time(), OptimalOptions{.intervals = 10, .stages = 5});
+                                    minimum_time(), OptimalOptions{.intervals = 10, .stages = 5});
   INFO(found.message);
   REQUIRE(found.solved());
   CHECK(std::abs(found.t_end - 1.801603122453081) < 1e-8);
@@ -112,7 +112,7 @@ TEST_CASE("the brachistochrone is the cycloid") {
 TEST_CASE("the swing-up of a pole with a bounded force is the published one, and runs to its end") {
   const OptimalTask<2> task{.start = {0.0, {0.0, 0.0}, {0.0, 0.0}}, .end = {2.0, {1.0, pi}, {0.0, 0.0}},
                             .bounds = {{"motor", -20.0, 20.0}, {"x", -2.0, 2.0}}};
-  const auto found = optimal_motion(cart, task, least_integral(Price{.effort = 1.0}), OptimalOptions{.tolerance = 1e-9});
+  const auto found = trajectory_optimization(cart, task, least_integral(Price{.effort = 1.0}), OptimalOptions{.tolerance = 1e-9});
   INFO(found.message);
   REQUIRE(found.solved());
   CHECK(found.cost < 58.8839489745);
@@ -122,14 +122,14 @@ TEST_CASE("the swing-up of a pole with a bounded force is the published one, and
   // Without the jumps of an active bound the cost converges as the order of the stages says: 2s = 4.
   double off[2];
   for (int k = 0; k < 2; ++k) {
-    const auto coarse = optimal_motion(cart, task, least_integral(Price{.effort = 1.0}),
-                                       OptimalOptions{.intervals = 20 << k, .stages = 2, .most_refinements = 0});
+    const auto coarse = trajectory_optimization(cart, task, least_integral(Price{.effort = 1.0}),
+                                                OptimalOptions{.intervals = 20 << k, .stages = 2, .most_refinements = 0});
     CHECK(coarse.outcome == OptimalOutcome::not_accurate);
     off[k] = std::abs(coarse.cost - found.cost);
   }
   CHECK(std::log2(off[0] / off[1]) > 3.0);
 
-  const auto early = optimal_motion(cart, task, least_integral(Price{.effort = 1.0}), OptimalOptions{.most_iterations = 3});
+  const auto early = trajectory_optimization(cart, task, least_integral(Price{.effort = 1.0}), OptimalOptions{.most_iterations = 3});
   CHECK(early.outcome == OptimalOutcome::iteration_limit);
   CHECK(early.message.find("as many iterations as were allowed") != std::string::npos);
 }
@@ -139,10 +139,10 @@ TEST_CASE("a task that no motion meets ends with the condition that is missed, a
   auto task = way(1.0, 3.0);
   task.bounds = {{"push", -2.0, 2.0}};
   task.free_at_end = {"qdot0"};
-  const auto found = optimal_motion(pushed, task, least_integral(Price{.effort = 1.0}), OptimalOptions{.intervals = 4});
+  const auto found = trajectory_optimization(pushed, task, least_integral(Price{.effort = 1.0}), OptimalOptions{.intervals = 4});
   CHECK(found.outcome == OptimalOutcome::infeasible);
   CHECK(found.message ==
-        "optimal_motion: no motion near by meets all conditions: q0 must be 3 at the end, but comes no nearer than 1 (off by -2); the nearest one has push at its bound 2 for "
+        "trajectory_optimization: no motion near by meets all conditions: q0 must be 3 at the end, but comes no nearer than 1 (off by -2); the nearest one has push at its bound 2 for "
         "100 % of the time; widen a bound, give it more time, or free a condition");
   REQUIRE(found.missed.size() == 1);
   CHECK(found.missed.front().name == "q0");
@@ -176,11 +176,24 @@ TEST_CASE("a task that contradicts itself is refused by name") {
   auto task = way(1.0, 3.0);
   task.bounds = {{"q0", -1.0, 2.0}};
   const auto cost = least_integral(Price{.effort = 1.0});
-  CHECK(error_message([&] { return optimal_motion(pushed, task, cost); }) ==
-        "optimal_motion: the end must lie within the bounds, but q0 is 3 there, not between -1 and 2; move it, or widen the bound");
+  CHECK(error_message([&] { return trajectory_optimization(pushed, task, cost); }) ==
+        "trajectory_optimization: the end must lie within the bounds, but q0 is 3 there, not between -1 and 2; move it, or widen the bound");
   task.bounds = {{"motor", -1.0, 2.0}};
-  CHECK(error_message([&] { return optimal_motion(pushed, task, cost); }) ==
-        "optimal_motion: a bound or a free end must be that of something in the scene, but there is no 'motor'; there are q0, q1, qdot0, qdot1, push");
-  CHECK_THROWS_WITH(optimal_motion(pushed, way(1.0, 1.0), least_integral(Price{.fails = true})), "a price of the user's own");
-  CHECK(error_message([&] { return optimal_motion(pushed, way(0.0, 1.0), cost); }).find("the end must be later than the start") != std::string::npos);
+  CHECK(error_message([&] { return trajectory_optimization(pushed, task, cost); }) ==
+        "trajectory_optimization: a bound or a free end must be that of something in the scene, but there is no 'motor'; there are q0, q1, qdot0, qdot1, push");
+  CHECK_THROWS_WITH(trajectory_optimization(pushed, way(1.0, 1.0), least_integral(Price{.fails = true})), "a price of the user's own");
+  CHECK(error_message([&] { return trajectory_optimization(pushed, way(0.0, 1.0), cost); }).find("the end must be later than the start") != std::string::npos);
 }
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+TEST_CASE("optimal_motion and least_time are trajectory_optimization and minimum_time by their old names") {
+  STATIC_REQUIRE(std::is_same_v<decltype(qdot::least_time()), qdot::MinimumTime>);
+  STATIC_REQUIRE(std::is_same_v<decltype(qdot::optimal_motion(pushed, way(2.0, 3.0), qdot::least_time(), {.intervals = 3})), qdot::OptimalMotion<2>>);
+  const qdot::OptimalOptions few{.intervals = 3};
+  const auto cost = least_integral(Price{.effort = 1.0});
+  const auto path = [](const auto& t) { return qdot::vector(t * t, t); };
+  CHECK(qdot::optimal_motion(pushed, way(2.0, 3.0), cost, few).cost == trajectory_optimization(pushed, way(2.0, 3.0), cost, few).cost);
+  CHECK(qdot::optimal_motion(pushed, way(2.0, 3.0), cost, path, few).solved());
+}
+#pragma GCC diagnostic pop

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "qdot/analysis/motion_between.hpp"
+#include "qdot/analysis/boundary_value_problem.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -10,9 +10,9 @@
 #include "qdot/analysis/action.hpp"
 
 using qdot::action;
-using qdot::BetweenOutcome;
+using qdot::BoundaryValueOutcome;
 using qdot::error_message;
-using qdot::motion_between;
+using qdot::boundary_value_problem;
 using qdot::scene;
 using qdot::vector;
 
@@ -92,7 +92,7 @@ TEST_CASE("the action of a straight path and of a varied one are those of the bo
 
 TEST_CASE("a throw between two places is the parabola, whose action is the closed form") {
   const double g = 9.81, T = 1.5;
-  const auto found = motion_between(scene(surface({.g = g})), V2(0.0, 0.0), 0.0, V2(10.0, 2.0), T);
+  const auto found = boundary_value_problem(scene(surface({.g = g})), V2(0.0, 0.0), 0.0, V2(10.0, 2.0), T);
   INFO(found.message);
   REQUIRE(found.found());
   CHECK(std::abs(found.start.qdot[0] - 10.0 / T) < settled);
@@ -106,7 +106,7 @@ TEST_CASE("a throw between two places is the parabola, whose action is the close
 
 TEST_CASE("an oscillator has a conjugate point each half period, in every direction") {
   const double w = 2.0, T = 5.0, a = 0.3, b = -0.8;
-  const auto found = motion_between(line({.k = w * w}), V1(a), 1.0, V1(b), 1.0 + T);
+  const auto found = boundary_value_problem(line({.k = w * w}), V1(a), 1.0, V1(b), 1.0 + T);
   INFO(found.message);
   REQUIRE(found.found());
   CHECK(std::abs(found.S - 0.5 * w / std::sin(w * T) * ((a * a + b * b) * std::cos(w * T) - 2.0 * a * b)) < settled);
@@ -114,7 +114,7 @@ TEST_CASE("an oscillator has a conjugate point each half period, in every direct
   CHECK(found.index == 3);
   for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(found.conjugate_points[k].t - (1.0 + pi / w * static_cast<double>(k + 1))) < settled);
 
-  const auto plane = motion_between(surface({.k = w * w}), V2(a, 0.2), 0.0, V2(b, 0.1), 4.0);
+  const auto plane = boundary_value_problem(surface({.k = w * w}), V2(a, 0.2), 0.0, V2(b, 0.1), 4.0);
   REQUIRE(plane.found());
   REQUIRE(plane.conjugate_points.size() == 2);
   CHECK(plane.index == 4);
@@ -130,7 +130,7 @@ TEST_CASE("a pendulum goes between two places in several ways, of which rest is 
   const double T = 0.5 * 7.019250311844546549770542;
   const auto pendulum = line({.pull = 1.0});
   for (const double side : {1.0, -1.0}) {
-    const auto swing = motion_between(pendulum, V1(0.0), 0.0, V1(0.0), T, [&](const auto& t) {
+    const auto swing = boundary_value_problem(pendulum, V1(0.0), 0.0, V1(0.0), T, [&](const auto& t) {
       using std::sin;
       return vector(side * 1.2 * sin(pi / T * t));
     });
@@ -140,7 +140,7 @@ TEST_CASE("a pendulum goes between two places in several ways, of which rest is 
     CHECK(swing.index == 0);  // periods grow with the amplitude: neighbours do not meet before
     CHECK(swing.S < T);
   }
-  const auto rest = motion_between(pendulum, V1(0.0), 0.0, V1(0.0), T);
+  const auto rest = boundary_value_problem(pendulum, V1(0.0), 0.0, V1(0.0), T);
   REQUIRE(rest.found());
   CHECK(std::abs(rest.S - T) < settled);
   CHECK(rest.index == 1);
@@ -155,7 +155,7 @@ TEST_CASE("neighbouring great circles meet at the antipode") {
     return vector(0.5 * pi - 0.45 * sin(2.0 * t), phi / T * t);
   };
   const V2 end(std::acos(std::sin(beta) * std::sin(s)), phi);
-  const auto found = motion_between(surface({.round = true}), V2(0.5 * pi, 0.0), 0.0, end, T, guess);
+  const auto found = boundary_value_problem(surface({.round = true}), V2(0.5 * pi, 0.0), 0.0, end, T, guess);
   INFO(found.message);
   REQUIRE(found.found());
   CHECK(std::abs(found.start.qdot[0] + 2.0 * std::sin(beta)) < settled);
@@ -165,14 +165,14 @@ TEST_CASE("neighbouring great circles meet at the antipode") {
   CHECK(found.conjugate_points.front().multiplicity == 1);
   CHECK(std::abs(found.conjugate_points.front().t - 0.5 * pi) < settled);
 
-  const auto over_the_pole = motion_between(surface({.round = true}), V2(0.5, 0.0), 0.0, V2(-0.5, 0.0), 1.0);
-  CHECK(over_the_pole.outcome == BetweenOutcome::run_failed);
+  const auto over_the_pole = boundary_value_problem(surface({.round = true}), V2(0.5, 0.0), 0.0, V2(-0.5, 0.0), 1.0);
+  CHECK(over_the_pole.outcome == BoundaryValueOutcome::run_failed);
   CHECK(over_the_pole.message.find("give a path that keeps away from there") != std::string::npos);
 }
 
 // k = −9: neighbours part by e¹² on the way; q = cosh 3(t − 2) / cosh 6.
 TEST_CASE("a motion is found between places although its neighbours part quickly") {
-  const auto found = motion_between(line({.k = -9.0}), V1(1.0), 0.0, V1(1.0), 4.0);
+  const auto found = boundary_value_problem(line({.k = -9.0}), V1(1.0), 0.0, V1(1.0), 4.0);
   INFO(found.message);
   REQUIRE(found.found());
   CHECK(std::abs(found.start.qdot[0] + 3.0 * std::tanh(6.0)) < settled);
@@ -182,21 +182,21 @@ TEST_CASE("a motion is found between places although its neighbours part quickly
 
 TEST_CASE("ends that are conjugate, and a search that ends early, are outcomes with a name") {
   const auto oscillator = line({.k = 1.0});
-  const auto nowhere = motion_between(oscillator, V1(0.0), 0.0, V1(1.0), pi);
-  CHECK(nowhere.outcome == BetweenOutcome::conjugate_ends);
+  const auto nowhere = boundary_value_problem(oscillator, V1(0.0), 0.0, V1(1.0), pi);
+  CHECK(nowhere.outcome == BoundaryValueOutcome::conjugate_ends);
   CHECK(nowhere.message.find("neighbours that leave the start with different velocities meet at t = 3.1415927") != std::string::npos);
   INFO(nowhere.message);
   CHECK(nowhere.message.find("where the search ended, it is off by ") != std::string::npos);
   CHECK(std::abs(nowhere.residual[0] + 1.0) < settled);
-  const auto one_of_many = motion_between(oscillator, V1(0.0), 0.0, V1(0.0), pi);
-  CHECK(one_of_many.outcome == BetweenOutcome::conjugate_ends);
+  const auto one_of_many = boundary_value_problem(oscillator, V1(0.0), 0.0, V1(0.0), pi);
+  CHECK(one_of_many.outcome == BoundaryValueOutcome::conjugate_ends);
   CHECK(std::abs(one_of_many.residual[0]) < settled);
 
-  const auto early = motion_between(line({.pull = 1.0}), V1(0.0), 0.0, V1(2.5), 3.0, qdot::BetweenOptions{.most_iterations = 1});
-  CHECK(early.outcome == BetweenOutcome::not_found);
+  const auto early = boundary_value_problem(line({.pull = 1.0}), V1(0.0), 0.0, V1(2.5), 3.0, qdot::BoundaryValueOptions{.most_iterations = 1});
+  CHECK(early.outcome == BoundaryValueOutcome::not_found);
   CHECK(early.message.find("the legs must meet, but where the search ended, it is off by") != std::string::npos);
-  CHECK(error_message([&] { return motion_between(oscillator, V1(0.0), 2.0, V1(1.0), 1.0); }) ==
-        "motion_between: the end must be later than the start, but they are t = 2 and 1; give them in order");
-  CHECK(error_message([&] { return motion_between(oscillator, V1(0.0), 0.0, V1(NAN), 1.0); })
+  CHECK(error_message([&] { return boundary_value_problem(oscillator, V1(0.0), 2.0, V1(1.0), 1.0); }) ==
+        "boundary_value_problem: the end must be later than the start, but they are t = 2 and 1; give them in order");
+  CHECK(error_message([&] { return boundary_value_problem(oscillator, V1(0.0), 0.0, V1(NAN), 1.0); })
             .find("both ends must be finite, but q0 goes from 0 to nan") != std::string::npos);
 }

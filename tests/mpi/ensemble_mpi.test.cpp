@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
-// Many motions by the ranks of MPI are the bits of simulate_many() without it. All ranks run the same tests; started by mpirun with 1, 2 and 4 of them.
-#include "qdot/integrate/simulate_many_mpi.hpp"
+// Many motions by the ranks of MPI are the bits of ensemble() without it. All ranks run the same tests; started by mpirun with 1, 2 and 4 of them.
+#include "qdot/integrate/ensemble_mpi.hpp"
 
 #include <array>
 #include <cmath>
@@ -92,27 +92,27 @@ constexpr std::size_t count = 103;
 }  // namespace
 
 TEST_CASE("without MPI it is said that MPI is not there") {  // the first test: MPI is begun by the next
-  const std::string message = error_message([] { simulate_many(MpiRanks{}, 3, end_of); });
+  const std::string message = error_message([] { ensemble(MpiRanks{}, 3, end_of); });
   CHECK(message.find("must be called between MPI_Init_thread() and MPI_Finalize(), but MPI is not initialized; say MPI_Init_thread(") != std::string::npos);
 }
 
 TEST_CASE("motions by ranks are the bits of one after another, on rank 0, whatever the ranks, threads and chunks") {
   const bool is_first = mpi().rank == 0;
-  for (const ManyOptions& many : {ManyOptions{}, ManyOptions{.chunk = 1}, ManyOptions{.threads = 2, .chunk = 7}, ManyOptions{.threads = 3},
-                                  ManyOptions{.chunk = std::numeric_limits<std::size_t>::max()}}) {
-    const auto all = simulate_many(MpiRanks{}, count, end_of, many);
+  for (const EnsembleOptions& many : {EnsembleOptions{}, EnsembleOptions{.chunk = 1}, EnsembleOptions{.threads = 2, .chunk = 7}, EnsembleOptions{.threads = 3},
+                                      EnsembleOptions{.chunk = std::numeric_limits<std::size_t>::max()}}) {
+    const auto all = ensemble(MpiRanks{}, count, end_of, many);
     REQUIRE(all.size() == (is_first ? count : 0));
     std::size_t equal = 0;
     for (std::size_t i = 0; i < all.size(); ++i) equal += same(*all[i].value, end_of(i));
     CHECK(equal == all.size());
   }
-  CHECK(simulate_many(MpiRanks{}, 0, end_of).empty());
-  CHECK(simulate_many(MpiRanks{}, 2, end_of, {.threads = 2}).size() == (is_first ? 2 : 0));
+  CHECK(ensemble(MpiRanks{}, 0, end_of).empty());
+  CHECK(ensemble(MpiRanks{}, 2, end_of, {.threads = 2}).size() == (is_first ? 2 : 0));
 }
 
 TEST_CASE("results are on all ranks where that is asked for") {
   (void)mpi();
-  const auto all = simulate_many(MpiRanks{.results_on_all = true}, count, [](std::size_t i) {
+  const auto all = ensemble(MpiRanks{.results_on_all = true}, count, [](std::size_t i) {
     if (i == 50) throw std::runtime_error("fifty");
     return end_of(i);
   });
@@ -124,10 +124,10 @@ TEST_CASE("a reduction sees motions in the order of their numbers, on rank 0, an
   const auto number = [](std::size_t i) { return 1.0 / static_cast<double>(1 + i); };
   double expected = 0.0;
   for (std::size_t i = 0; i < 5000; ++i) expected += number(i);
-  for (const ManyOptions& many : {ManyOptions{.chunk = 3}, ManyOptions{.threads = 2, .chunk = 3}, ManyOptions{}})
+  for (const EnsembleOptions& many : {EnsembleOptions{.chunk = 3}, EnsembleOptions{.threads = 2, .chunk = 3}, EnsembleOptions{}})
     for (const bool on_all : {false, true}) {
       std::size_t next = 0;
-      const double sum = simulate_many(
+      const double sum = ensemble(
           MpiRanks{.results_on_all = on_all}, 5000, number, 0.0,
           [&](double& value, std::size_t i, Kept<double>&& kept) {
             next += i == next;
@@ -140,7 +140,7 @@ TEST_CASE("a reduction sees motions in the order of their numbers, on rank 0, an
 }
 
 TEST_CASE("what a motion throws stays with its number as its message, on whatever rank it was thrown") {
-  const auto all = simulate_many(MpiRanks{.results_on_all = true}, 50, [](std::size_t i) {
+  const auto all = ensemble(MpiRanks{.results_on_all = true}, 50, [](std::size_t i) {
     if (mpi().size > 1 && i % 7 == 3) throw std::runtime_error("unlucky " + std::to_string(i));
     if (i == 14) throw 14;
     return i;
@@ -167,14 +167,14 @@ TEST_CASE("what is kept may be numbers, strings, vectors of any length, pairs of
                  std::vector<bool>(i % 5, true),
                  std::vector<std::vector<float>>(i % 3, std::vector<float>(i, 0.5f))};
   };
-  const auto all = simulate_many(ranks, 60, mixed, {.chunk = 4});
+  const auto all = ensemble(ranks, 60, mixed, {.chunk = 4});
   for (std::size_t i = 0; i < 60; ++i) CHECK((all[i].completed() && *all[i].value == mixed(i)));
 
-  const auto long_ones = simulate_many(ranks, 9, [](std::size_t i) { return std::vector<double>(400'000, static_cast<double>(i)); },
-                                       {.chunk = 1});  // beyond what MPI sends at once
+  const auto long_ones = ensemble(ranks, 9, [](std::size_t i) { return std::vector<double>(400'000, static_cast<double>(i)); },
+                                  {.chunk = 1});  // beyond what MPI sends at once
   for (std::size_t i = 0; i < 9; ++i) CHECK((long_ones[i].value->size() == 400'000 && long_ones[i].value->back() == static_cast<double>(i)));
 
-  const auto notes = simulate_many(ranks, 8, [](std::size_t i) { return Note{std::vector<std::string>(i, "word")}; });
+  const auto notes = ensemble(ranks, 8, [](std::size_t i) { return Note{std::vector<std::string>(i, "word")}; });
   for (std::size_t i = 0; i < 8; ++i) CHECK(notes[i].completed() == (i != 5 && i != 6));
   CHECK(notes[4].value->words == std::vector<std::string>(4, "word"));
   CHECK(notes[5].message() == "five cannot be written");
@@ -191,9 +191,9 @@ TEST_CASE("motions in lanes by ranks are the bits of those without, outcomes, ev
     if (i == 20) throw std::runtime_error("no start");
     return start_of(i);
   };
-  const auto here = simulate_many(pendulum, count, starts, 10.0, Dop853{}, options, turns);
-  for (const ManyOptions& many : {ManyOptions{}, ManyOptions{.threads = 2, .chunk = 10}}) {
-    const auto all = simulate_many(ranks, pendulum, count, starts, 10.0, Dop853{}, options, turns, many);
+  const auto here = ensemble(pendulum, count, starts, 10.0, Dop853{}, options, turns);
+  for (const EnsembleOptions& many : {EnsembleOptions{}, EnsembleOptions{.threads = 2, .chunk = 10}}) {
+    const auto all = ensemble(ranks, pendulum, count, starts, 10.0, Dop853{}, options, turns, many);
     REQUIRE(all.size() == count);
     int stopped = 0, out_of_steps = 0;
     for (std::size_t i = 0; i < count; ++i) {
@@ -210,8 +210,8 @@ TEST_CASE("motions in lanes by ranks are the bits of those without, outcomes, ev
   const auto lengths = family<1>([](const auto& p) { return Pendulum{p[0]}; },
                                  [](std::size_t i) { return Vector<double, 1>(1.0 + 0.01 * static_cast<double>(i)); });
   const auto add = [](double& sum, std::size_t, Kept<MotionEnd<1>>&& kept) { sum += kept.value->state.q[0]; };
-  const double expected = simulate_many(lengths, count, start_of, 2.0, Dop853{}, {}, events(), 0.0, add);
-  CHECK(simulate_many(ranks, lengths, count, start_of, 2.0, Dop853{}, {}, events(), 0.0, add) == expected);
+  const double expected = ensemble(lengths, count, start_of, 2.0, Dop853{}, {}, events(), 0.0, add);
+  CHECK(ensemble(ranks, lengths, count, start_of, 2.0, Dop853{}, {}, events(), 0.0, add) == expected);
 }
 
 TEST_CASE("ranks that disagree are told about what, on all of them") {
@@ -219,31 +219,31 @@ TEST_CASE("ranks that disagree are told about what, on all of them") {
   const std::string last = std::to_string(mpi().size - 1);
   const bool is_last = mpi().rank == mpi().size - 1;
   if (mpi().size > 1) {
-    CHECK(error_message([&] { simulate_many(MpiRanks{}, rank == 0 ? 100 : 90, end_of); }) ==
-          "all ranks must call simulate_many() with the same number of motions, but rank 0 says 100 and rank 1 90; send rank 0's to the others by MPI_Bcast()");
-    CHECK(error_message([&] { simulate_many(MpiRanks{}, 3, end_of, {.chunk = is_last ? 2u : 1u}); }) ==
-          "all ranks must call simulate_many() with the same ManyOptions::chunk, but rank 0 says 1 and rank " + last + " 2; set it to one number on all, or to 0");
+    CHECK(error_message([&] { ensemble(MpiRanks{}, rank == 0 ? 100 : 90, end_of); }) ==
+          "all ranks must call ensemble() with the same number of motions, but rank 0 says 100 and rank 1 90; send rank 0's to the others by MPI_Bcast()");
+    CHECK(error_message([&] { ensemble(MpiRanks{}, 3, end_of, {.chunk = is_last ? 2u : 1u}); }) ==
+          "all ranks must call ensemble() with the same EnsembleOptions::chunk, but rank 0 says 1 and rank " + last + " 2; set it to one number on all, or to 0");
     CHECK(error_message([&] {
-            simulate_many(MpiRanks{.results_on_all = is_last}, 3, end_of);
+            ensemble(MpiRanks{.results_on_all = is_last}, 3, end_of);
           }).find("the same MpiRanks::results_on_all, but rank 0 says 0 and rank " + last + " 1") != std::string::npos);
     const auto late = error_message([&] {
-      simulate_many(MpiRanks{}, mechanical_system<1>(Pendulum{1.0}), 3, start_of, is_last ? std::numeric_limits<double>::infinity() : 1.0, Dop853{});
+      ensemble(MpiRanks{}, mechanical_system<1>(Pendulum{1.0}), 3, start_of, is_last ? std::numeric_limits<double>::infinity() : 1.0, Dop853{});
     });
     CHECK(late.starts_with(is_last ? "t_end must be finite"
-                                   : "all ranks must call simulate_many() with valid arguments, but on rank " + last +
+                                   : "all ranks must call ensemble() with valid arguments, but on rank " + last +
                                          ": t_end must be finite"));
   }
-  CHECK(error_message([&] { simulate_many(MpiRanks{}, 3, end_of, {.threads = is_last ? -2 : 1}); }) ==
+  CHECK(error_message([&] { ensemble(MpiRanks{}, 3, end_of, {.threads = is_last ? -2 : 1}); }) ==
         "the number of threads must not be negative, but is -2 on rank " + last + "; 0 means one in each rank");
   CHECK(error_message([&] {
-          simulate_many(MpiRanks{.communicator = MPI_COMM_NULL}, 3, end_of);
+          ensemble(MpiRanks{.communicator = MPI_COMM_NULL}, 3, end_of);
         }).starts_with("the communicator must have this rank in it, but is MPI_COMM_NULL; call "));
   struct Unsendable {
     std::optional<std::string> text;
   };
-  CHECK(error_message([&] { simulate_many(MpiRanks{.results_on_all = true}, 3, end_of, Unsendable{}, [](Unsendable&, std::size_t, Kept<State<1>>&&) {}); })
+  CHECK(error_message([&] { ensemble(MpiRanks{.results_on_all = true}, 3, end_of, Unsendable{}, [](Unsendable&, std::size_t, Kept<State<1>>&&) {}); })
             .starts_with("a reduction's value must be one that can be sent for MpiRanks::results_on_all, but its type has no bytes; "));
-  CHECK(simulate_many(MpiRanks{.results_on_all = true}, 3, end_of).size() == 3);  // nothing of it is left
+  CHECK(ensemble(MpiRanks{.results_on_all = true}, 3, end_of).size() == 3);  // nothing of it is left
 }
 
 TEST_CASE("an intercommunicator is refused") {
@@ -252,7 +252,7 @@ TEST_CASE("an intercommunicator is refused") {
   const int side = mpi().rank == 0 ? 0 : 1;
   MPI_Comm_split(MPI_COMM_WORLD, side, 0, &half);
   MPI_Intercomm_create(half, 0, MPI_COMM_WORLD, side == 0 ? 1 : 0, 3, &between);
-  CHECK(error_message([&] { simulate_many(MpiRanks{between}, 3, end_of); }) ==
+  CHECK(error_message([&] { ensemble(MpiRanks{between}, 3, end_of); }) ==
         "the communicator must be of one group of ranks, but is an intercommunicator; make it one by MPI_Intercomm_merge()");
   MPI_Comm_free(&between);
   MPI_Comm_free(&half);
@@ -266,7 +266,7 @@ TEST_CASE("groups of ranks have studies of their own, and no message of the user
   const int other = (mpi().rank + 1) % mpi().size;
   MPI_Isend(&mine, 1, MPI_INT, other, 1, MPI_COMM_WORLD, &request);
   const std::size_t own = 40 + static_cast<std::size_t>(mpi().rank % 2);
-  const auto all = simulate_many(MpiRanks{half, true}, own, end_of);
+  const auto all = ensemble(MpiRanks{half, true}, own, end_of);
   CHECK(all.size() == own);
   for (std::size_t i = 0; i < own; ++i) CHECK(same(*all[i].value, end_of(i)));
   MPI_Recv(&theirs, 1, MPI_INT, MPI_ANY_SOURCE, 1, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
@@ -281,7 +281,7 @@ TEST_CASE("what a reduction throws ends the study on all ranks: rank 0 as it was
   };
   std::string said;
   try {
-    simulate_many(MpiRanks{}, 100'000, [](std::size_t i) { return i; }, 0, stop);
+    ensemble(MpiRanks{}, 100'000, [](std::size_t i) { return i; }, 0, stop);
   } catch (const std::out_of_range& thrown) {
     said = "rank 0's: " + std::string(thrown.what());
   } catch (const Error& thrown) {
@@ -304,3 +304,16 @@ TEST_CASE("a rank that cannot go on ends the study on all, and is named") {
   const std::string message = "rank " + last + " could not go on, " + std::bad_alloc().what();
   CHECK(said == (mpi().rank == 0 ? message : "the study must come to its end on all ranks, but was ended on rank 0: " + message));
 }
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+TEST_CASE("simulate_many by MPI is ensemble by its old name") {
+  static_cast<void>(mpi());
+  const auto square = [](std::size_t i) { return i * i; };
+  const auto all = qdot::simulate_many(MpiRanks{.results_on_all = true}, 4, square, {.chunk = 1});
+  REQUIRE(all.size() == 4);
+  CHECK(all[3].value == 9u);
+  const auto add = [](std::size_t& sum, std::size_t, auto&& kept) { sum += *kept.value; };
+  CHECK(qdot::simulate_many(MpiRanks{.results_on_all = true}, 4, square, std::size_t(0), add) == 14u);
+}
+#pragma GCC diagnostic pop
