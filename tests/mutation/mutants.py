@@ -267,6 +267,8 @@ OPTIMIZED = [
     (ME + "/derive/lines.hpp", "right side of the accelerations of slopes: zero", "a[i] = x[right[static_cast<std::size_t>(i)]];", "a[i] = 0.0;", "mechanics/lines"),
     (ME + "/derive/kept_lines.ipp", "runs share any branch", "it.holds_at(at) && it.is_of(functors)", "it.is_of(functors)", "mechanics/kept_lines"),
     (AD + "/formula/hashed.hpp", "constants are not hashed", "std::bit_cast<std::uint64_t>(static_cast<double>(constant))", "std::uint64_t(0)", "mechanics/kept_lines"),
+    (AD + "/formula/branches.hpp", "asked again: as if for the first time", "side != 0.0", "false && side != 0.0", "ad/branches"),
+    (IN + "/watch/branch_steps.hpp", "held steps: not cut where they leave", "left.cut = is_on_guard ? from : left.until;", ";", "integrate/branch_watch"),
     (AD + "/formula/hashed.hpp", "what is compared is not hashed", "c.hash = mixed(kind, c.hash, of_two(6, x, y).bits_);", ";", "mechanics/kept_lines"),
     (ME + "/derive/lines.hpp", "guards not looked at", "good &= s.side.has(x[s.number]);", ";", "mechanics/kept_lines"),
     (ME + "/derive/kept_lines.hpp", "lines kept for others", "once && !once->still_holds(RecordableFunctors::of<n>(system.energies(), static_cast<int>(system.dof())))", "false", "mechanics/kept_lines"),

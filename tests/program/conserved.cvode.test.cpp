@@ -48,5 +48,5 @@ TEST_CASE("a driven hoop conserves Jacobi's integral alone, and drag leaves noth
 TEST_CASE("what friction that sticks does is not found, and said so") {
   const json block = answer("conserved friction_block");
   CHECK(names(block["conserved"]).empty());
-  CHECK(block["not_found"][1]["reason"] == "an effect switches or is no formula, so that nobody sees whether it does work");
+  CHECK(block["not_found"][1]["reason"] == "an effect switches or is no formula, so it is not known whether it does work");
 }

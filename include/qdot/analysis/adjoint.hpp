@@ -196,7 +196,7 @@ auto adjoint_sensitivities_of(Model model, const Start& start, const List& list,
       if (result.outcome == Outcome::stopped_by_event && each.stops && !result.run.events.empty() && each.name == result.run.events.back().name) end = &each;
     if (equations.changed())
       throw EndOfRun({Outcome::not_differentiable,
-                      sentence({"at t = ", *equations.changed(), " an action changes what functors read, and backwards nobody can take that back: "
+                      sentence({"at t = ", *equations.changed(), " an action changes what functors read, and backwards that cannot be undone: "
                                 "make it a state of a controller, or ask sensitivities()"})});
     const Eigen::Map<const Eigen::MatrixXd> Phi(both.data() + size, size, equations.columns());
     gather(equations, recorder, Phi, late, end, term_of<V::n>(of.g, equations.dof(), p), term_of<V::n>(of.h, equations.dof(), p), options.rtol, result);

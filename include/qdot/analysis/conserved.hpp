@@ -88,7 +88,7 @@ class ConservedSearch {
     all.energy = {"T + V", false, all.jacobi.reason};
     if (!all.jacobi.found) return all;
     if (!scene_.unreadable.empty()) {
-      all.energy.reason = scene_.unreadable + ", so that nobody sees whether T is a quadratic form of the velocities";
+      all.energy.reason = scene_.unreadable + ", so it is not known whether T is a quadratic form of the velocities";
       return all;
     }
     std::vector<int> excess;  // 2T − q̇·p
@@ -141,7 +141,7 @@ class ConservedSearch {
     for (const RecordedEffect& e : scene_.effects) {
       if (!c.found) break;
       if (!e.unreadable.empty()) {
-        c = {c.name, false, e.name + " " + e.unreadable + ", so that nobody sees whether it acts on " + scene_.names[k]};
+        c = {c.name, false, e.name + " " + e.unreadable + ", so it is not known whether it acts on " + scene_.names[k]};
         break;
       }
       for (std::size_t i = k; i < e.force.size(); i += n)
@@ -208,13 +208,13 @@ class ConservedSearch {
       ask_lagrangian(c, scene_.motion.t, "t");
     } else {
       c.found = scene_.autonomous;
-      c.reason = scene_.autonomous ? "neither T nor V takes the time" : scene_.unreadable + ", so that nobody sees whether t occurs in L";
+      c.reason = scene_.autonomous ? "neither T nor V takes the time" : scene_.unreadable + ", so it is not known whether t occurs in L";
     }
     const std::size_t n = scene_.names.size();
     for (const RecordedEffect& e : scene_.effects) {
       if (!c.found) break;
       if (!e.unreadable.empty()) {
-        c = {c.name, false, e.name + " " + e.unreadable + ", so that nobody sees whether it does work"};
+        c = {c.name, false, e.name + " " + e.unreadable + ", so it is not known whether it does work"};
         break;
       }
       if (*e.takes != 0) c = {c.name, false, e.name + ": " + e.takes};

@@ -53,11 +53,11 @@ struct FiniteTimeLyapunov {
   Eigen::MatrixXd start;  ///< in columns, what is stretched so: at the start
   Eigen::MatrixXd end;    ///< and what becomes of it, both of length 1
 
-  /// The exponents ln(σ)/|t| of a Φ over a time t, falling; −∞ where σ is 0.
+  /// The exponents ln(σ)/|t| of a Φ over a time t that is not 0, falling; −∞ where σ is 0.
   Eigen::VectorXd exponents(double t) const { return sigma.array().log() / std::abs(t); }
 };
 
-/// The singular values σ of Φ and their directions; Lyapunov's exponents for a finite time t are ln(σ)/t, `.exponents(t)`.
+/// The singular values σ of Φ and their directions; Lyapunov's exponents for a finite time t are ln(σ)/|t|, `.exponents(t)`.
 ///
 /// Small ones are good to some ε σ₁, not to their own size.
 ///

@@ -10,7 +10,7 @@
 //
 //     const auto cart = scene(mechanical_system<2>(CartPole{}), input("motor", 0));
 //     const auto swing = trajectory_optimization(cart, {.start = {0.0, {0, 0}, {0, 0}}, .end = {2.0, {1, pi}, {0, 0}}, .bounds = {{"motor", -20, 20}}},
-//                                       least_integral([](const auto&, const auto&, const auto& u) { return u[0] * u[0]; }));
+//                                                least_integral([](const auto&, const auto&, const auto& u) { return u[0] * u[0]; }));
 //     swing.input(0.3)            the force
 //     swing.at(0.3)               where the scene is then, by a run with error control
 //

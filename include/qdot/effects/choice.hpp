@@ -8,7 +8,8 @@
 // An effect that is off leaves no trace: scene() drops it before the scene's type is made. So the scene has the same type as one
 // without it, and the same instructions run.
 //
-// Where a file says `using namespace std;` as well, write qdot::optional: std::optional is something else.
+// In a file that says `using namespace qdot;` and `using namespace std;`, or `using std::optional;`, write qdot::optional<…>(…) for the effect and
+// std::optional<…> for the type.
 
 #include <tuple>
 #include <type_traits>

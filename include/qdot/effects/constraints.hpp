@@ -111,7 +111,7 @@ PrescribedCoordinate<F> prescribed(std::string name, Eigen::Index coordinate, F 
 }
 
 /// Coordinate k follows s(t), for a k known to the compiler: prescribed<1>("motor", s). A coordinate that does not exist is a
-/// compile error.
+/// compile error where n is known to the compiler. Otherwise scene() throws InvalidValue.
 template <int k, class F>
 PrescribedCoordinate<F, k> prescribed(std::string name, F s) {
   return {std::move(name), k, std::move(s)};

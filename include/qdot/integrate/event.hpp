@@ -8,7 +8,7 @@
 //                     event("floor", [](const auto& q) { return q[1]; }).falling().stop()));
 //
 // g(q), g(q, q̇), g(q, q̇, t), or g(q, q̇, z, t) with the effects' own states z, is watched on the dense output of every step. So all methods have
-// events, and no method has code for them. Of an event the run keeps its time and name (Run::events), and then it
+// events, and no stepper has code for them. Of an event the run keeps its time and name (Run::events), and then it
 //
 //     records     goes on in the same step: an event that only looks costs nothing but the looking;
 //     .stop()     ends the run there, outcome stopped_by_event;
@@ -150,9 +150,9 @@ struct Event {
   /// Ends the run.
   Event<G, detail::StopThere> stop() const { return {name, g, direction, {}}; }
 
-  /// Changes the state: how(State<n>& s), or how(double t, Eigen::VectorXd& y) for all of y.
+  /// An event that changes the state: how(State<n>& s), or how(double t, Eigen::VectorXd& y) for all of y.
   template <class Change>
-  Event<G, Change> action(Change how) const {
+  [[nodiscard("qdot: action(how) returns another event; change is what it does")]] Event<G, Change> action(Change how) const {
     return {name, g, direction, std::move(how)};
   }
   /// The old name of action(), accepted until 0.4.

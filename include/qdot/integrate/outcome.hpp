@@ -40,7 +40,7 @@ enum class Outcome {
   constraint_failure,     ///< the constraints contradict each other, or could not be met, at every step size tried
   refused_by_model,       ///< the model threw RecoverableError at every step size tried, or T or V jumps, which is a blow
   invalid_change,         ///< an event's action set the time, or another size of the state
-  zeno,                   ///< events followed each other without end before t could go on
+  zeno,                   ///< events followed each other without end before t could go on, or each branch led back to the other
   step_too_small,         ///< the error test failed down to the smallest step that t can still feel
   error_test_failure,     ///< the error test failed too often in one step
   corrector_failure,      ///< the implicit equations of a step could not be solved
@@ -50,7 +50,7 @@ enum class Outcome {
   not_differentiable,     ///< derivatives of the motion were asked for (analysis/sensitivity.hpp), and at an event there are none
   energy_drift,           ///< T and V conserve an energy, but it changed far more than the tolerances allow
   solver_error,           ///< the method reports a fault of its own; please report it
-  event_accumulation [[deprecated("qdot: say zeno")]] = zeno,                    ///< the old name of zeno, accepted until 0.4
+  event_accumulation [[deprecated("qdot: say zeno")]] = zeno,                ///< the old name of zeno, accepted until 0.4
   step_collapse [[deprecated("qdot: say step_too_small")]] = step_too_small  ///< the old name of step_too_small, accepted until 0.4
 };
 

@@ -93,7 +93,7 @@ template <int n, bool adds_potentials, class Numbers, class... Roles, class Ener
 template <int n>
 [[gnu::cold]] OwnedLines lines_of_recorded(RecordedMotion m, int parameters) {
   auto made = std::make_shared<Derivation<>>();
-  made->derive(TracedEquations<double>(std::move(m), parameters));
+  made->derive_motion(std::move(m), parameters);
   if (!made->lines.exist()) return {};
   made->derive_solution();
   return made->lines.solution.accelerations.empty() ? OwnedLines() : OwnedLines(made, &made->lines);

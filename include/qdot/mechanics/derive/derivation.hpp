@@ -40,6 +40,8 @@ struct Derivation {
 
   /// Derives what has been recorded, which no other derivation knows.
   void derive(TracedEquations<Number> recorded);
+  /// Derives T, V and perhaps forces that have been recorded, with so many parameters as variables.
+  void derive_motion(RecordedMotion recorded, int parameters);
   /// Writes lines of equations that have been derived.
   void write(std::shared_ptr<const TracedEquations<Number>> derived);
   /// Writes lines of M alone.

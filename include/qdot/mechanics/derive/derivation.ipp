@@ -142,6 +142,10 @@ template <class Number>
   write(std::make_shared<const TracedEquations<Number>>(std::move(recorded)));
 }
 template <class Number>
+[[gnu::cold]] void Derivation<Number>::derive_motion(RecordedMotion recorded, int parameters) {
+  derive(TracedEquations<Number>(std::move(recorded), parameters));
+}
+template <class Number>
 [[gnu::cold]] void Derivation<Number>::write(std::shared_ptr<const TracedEquations<Number>> derived) {
   equations = std::move(derived);
   written_equations(*equations, mass_and_rhs_of(*equations), lines);
