@@ -189,6 +189,42 @@ TEST_CASE("a method that holds its branch steps to the places where a force jump
   if (by_eighth_order.statistics.evaluated_by.find("recorded") != std::string::npos) CHECK(by_eighth_order.statistics.rejected_by_error_test < 10);
 }
 
+TEST_CASE("guards that lie close together, that are squares, or that come by the hundred are all met") {
+  const auto coasting = [](auto force) {
+    return scene(mechanical_system<1>([](const auto& v) { return 0.5 * v[0] * v[0]; }, [](const auto& q) { return 0.0 * q[0]; }),
+                 generalized_force([force](const auto& q, const auto&, const auto&) { return vector(force(q[0]) + 0.0 * q[0]); }));
+  };
+  constexpr double rtol = 1e-9, after_guards = 1e-8;
+  // From −1 with 1: 1.1 s to the guards, then 1.9 s under 0.5.
+  for (const double gap : {1e-9, 1e-11})
+    for (const double first : {0.0, 1.0}) {
+      Options options{.rtol = rtol, .atol = rtol};
+      if (first > 0.0) options.initial_step = first;
+      const auto pushed_twice = coasting([gap](const auto& x) { return (x > 0.1 ? 0.3 : 0.0) + (x > 0.1 + gap ? 0.2 : 0.0); });
+      const auto run = simulate(pushed_twice, start(-1.0, 1.0), 3.0, Dop853{}, options);
+      REQUIRE(run.completed());
+      CHECK(std::abs(run.y[0] - (2.0 + 0.5 * 0.5 * 1.9 * 1.9)) < after_guards);
+    }
+  // A guard that is a square, and was large once: the same by dual numbers, which hold no branch.
+  const auto valley = scene(mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 0.5 * q[0] * q[0]; }),
+                            generalized_force([](const auto& q, const auto& v, const auto&) {
+                              const auto height = 1e4 * q[1] * q[1] + 1.02 + q[0];
+                              return vector(height < 0.03 ? 50.0 * (0.03 - height) : 0.0 * q[0], -2.0 * v[1]);
+                            }));
+  const State<2> far{0.0, {1.0, 100.0}, {0.0, -200.0}};
+  const auto by_duals = simulate(valley, far, 12.0, Dop853{}, {.rtol = 1e-11, .atol = 1e-11, .by = By::duals});
+  for (const double loose : {1e-6, 1e-9}) {
+    const auto run = simulate(valley, far, 12.0, Dop853{}, {.rtol = loose, .atol = loose});
+    REQUIRE(run.completed());
+    CHECK(std::abs(run.y[0] - by_duals.y[0]) < 1e3 * loose);
+  }
+  // Stairs on the way to an event, and an end that is far away: v² = 100² + 2 Σ 0.001 k for each of 299 steps, and a first half one.
+  const auto stairs = simulate(coasting([](const auto& x) { using std::floor; return 1e-3 * floor(x); }), start(0.5, 100.0), 1e10, Dop853{}, {.rtol = rtol},
+                               event("far", [](const auto& q) { return q[0] - 300.0; }).stop());
+  REQUIRE(stairs.outcome == Outcome::stopped_by_event);
+  CHECK(std::abs(stairs.y[1] - std::sqrt(1e4 + 2e-3 * 299 * 300 / 2)) < 1e-6);
+}
+
 TEST_CASE("a place that is barely reached between two steps is felt, and one that is touched only is not") {
   // q̈ = −q, and −q − 1/2 beyond 1, from q = 0 with v = 1 + 2⁻²⁰: beyond 1 it stays for 0.00184. In pieces: arcs of circles about 0 and −1/2.
   constexpr double rounding = 1e-11;  // rtol 1e-12 over three units of time

@@ -78,13 +78,13 @@ class ProjectingStepper {
   bool holds_branch() const noexcept
     requires requires(const S& s) { s.holds_branch(); }
   {
-    return stepper_.holds_branch();
+    return !is_constrained_ && stepper_.holds_branch();
   }
-  /// Asks the stepper for that, or no longer.
+  /// Asks the stepper for that, or no longer; not on constraints, where a projection may lead back over a guard.
   void hold_branches(bool wish)
     requires requires(S& s) { s.hold_branches(wish); }
   {
-    stepper_.hold_branches(wish);
+    stepper_.hold_branches(wish && !is_constrained_);
   }
   /// Lets the next reset hold the branch of another state.
   void hold_next_of(double t, const Eigen::VectorXd& y)

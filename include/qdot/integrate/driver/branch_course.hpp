@@ -25,6 +25,7 @@ class BranchCourse {
  public:
   /// Begins at (t, y), where the stepper is.
   void begin(AnyWatch& watchdog, AnyStepper& stepper, double t, const Eigen::VectorXd& y) {
+    cuts_ = 0;
     if (watchdog.sees_branches && !stepper.has_fixed_step() && watchdog.may_pass_branches(t, y) && !stepper.holds_branch()) stepper.hold_branches(tries_ > 0);
   }
   /// What the last step has passed, from (t, y), where so much had elapsed.
@@ -44,12 +45,13 @@ class BranchCourse {
   }
   /// Where a step is to end when it is taken again; NaN where it is not.
   double seen() const noexcept { return seen_; }
-  /// Notes a cut at t, when so much has elapsed of a length; the trouble, if cuts follow each other without letting t go on.
-  std::optional<Failure> crowding(double t, double elapsed, double length) {
+  /// Notes a cut at t, when so much has elapsed of a step to `tried`; the trouble, if cuts follow each other without letting t go on.
+  std::optional<Failure> crowding(double t, double elapsed, double tried) {
     constexpr int crowd = 128;
-    constexpr double crowded = 1e-9;
-    if (cuts_++ == 0) since_ = elapsed;
-    if (cuts_ < crowd || std::abs(elapsed - since_) >= crowded * std::abs(length)) return cuts_ %= crowd, std::nullopt;
+    constexpr double crowded = 1e-9, of_t = 1e4 * std::numeric_limits<double>::epsilon();
+    if (cuts_++ == 0) since_ = elapsed, tried_ = 0.0;
+    tried_ += std::abs(tried - elapsed);
+    if (cuts_ < crowd || std::abs(elapsed - since_) >= crowded * tried_ + of_t * std::abs(t)) return cuts_ %= crowd, std::nullopt;
     return Failure{Outcome::zeno, sentence({"branches of T, V or an effect follow each other at t = ", t, " without letting t go on"})};
   }
   /// Goes on from y behind a cut, on the branch that functors have there or right ahead.
@@ -63,7 +65,7 @@ class BranchCourse {
   }
 
  private:
-  double seen_ = std::numeric_limits<double>::quiet_NaN(), since_ = 0.0;
+  double seen_ = std::numeric_limits<double>::quiet_NaN(), since_ = 0.0, tried_ = 0.0;
   int tries_ = 8, cuts_ = 0;  // to hold a branch; in a row
 };
 

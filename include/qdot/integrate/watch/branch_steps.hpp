@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -29,7 +30,7 @@ class BranchSteps {
  public:
   BranchSteps(const WatchedForm& form, double rtol) : form_(form), size_(form.size()), dof_(form.dof()), rtol_(rtol) {}
 
-  void forget() { here_.reset(); }
+  void forget() { here_.reset(), goes_on_from_.reset(); }
   Passage passage(const Clock& clock, const PolynomialView& step, double from, double to);
   /// Where a step that was held on the branch of its beginning leaves it.
   Passage held(const Clock& clock, const PolynomialView& step, double from, double to);
@@ -66,9 +67,19 @@ class BranchSteps {
 
   bool stays_here();
   [[gnu::cold]] std::optional<Failure> undecided(SidesOfBranch<>& sides, int guard) const;
-  [[gnu::cold]] std::optional<double> grazed(double depth = noise);
-  std::optional<int> first_beyond() const;
-  double touched() const { return std::max(noise, 10.0 * rtol_); }
+  struct Bands {
+    double rounding, hidden;
+  };
+  [[gnu::cold]] Bands bands(std::size_t guard);
+  [[gnu::cold]] std::optional<double> grazed(bool is_held = false);
+  [[gnu::cold]] std::optional<int> first_beyond();
+  struct Ahead {
+    double fraction;
+    std::unique_ptr<SidesOfBranch<>> sides;
+  };
+  [[gnu::cold]] Ahead behind(const Edge& own);
+  // Of a step that is held what lies before its branch begins is not looked at.
+  double fraction_of(int place) const { return first_fraction_ + (1.0 - first_fraction_) * place / places; }
   void take_sizes();
   [[gnu::cold]] void take_energies(RecordedBranch& branch, const std::vector<double>& at);
   [[gnu::cold]] bool has_rates(const Eigen::VectorXd& y, Eigen::VectorXd& out) const;
@@ -86,7 +97,8 @@ class BranchSteps {
   double from_ = 0.0, to_ = 0.0, t_ = 0.0;  // of the step, and of the place last looked at
   Eigen::VectorXd y_{}, y_all_{}, rates_before_{}, rates_behind_{};
   std::vector<double> inside_{};   // of each guard, at each place
-  std::vector<double> extents_{};  // of each guard of the branch that is held
+  std::optional<double> goes_on_from_{};  // where the branch that is held begins, when so much has elapsed
+  double first_fraction_ = 0.0;
   std::vector<Interval> bounds_{};
 };
 
@@ -118,27 +130,42 @@ std::optional<Failure> BranchSteps<Number>::undecided(SidesOfBranch<>& sides, in
   return Failure{Outcome::non_finite, sentence({what, " is asked about NaN at t = ", {t_, 10}, ", which is on no side; compare what has a value there"})};
 }
 
-// A place where a guard that holds at both of its neighbours does not: between them it comes near to its level and turns.
+// How much of a guard rounding makes, and how much the tolerances hide, at the place last looked at.
 template <class Number>
-std::optional<double> BranchSteps<Number>::grazed(double depth) {
+auto BranchSteps<Number>::bands(std::size_t guard) -> Bands {
+  RecordedBranch& branch = here_->branch();
+  const std::vector<int> variables = branch.variables();
+  const std::vector<double> at = here_->at(), slopes = branch.values(branch.motion.recording.graph.gradient(branch.branches.met[guard].node, variables), at);
+  double of_state = 0.0;
+  for (std::size_t i = 0; i + 1 < variables.size(); ++i) {
+    const int place = branch.motion.recording.graph[variables[i]].a;
+    of_state += std::abs(slopes[i] * at[static_cast<std::size_t>(place)]);
+  }
+  const double of_time = std::abs(slopes.back() * t_);
+  constexpr double rounding = 64 * std::numeric_limits<double>::epsilon(), hidden = 10.0;
+  return {rounding * (of_state + of_time), std::max(hidden * rtol_, rounding) * of_state + rounding * of_time};
+}
+
+// A place where a guard that holds at both of its neighbours does not: between them it comes near to its level and turns. Of a step that is held a guard
+// which turns within what the tolerances hide is only touched.
+template <class Number>
+std::optional<double> BranchSteps<Number>::grazed(bool is_held) {
   constexpr double ratio = 0.3819660112501051;  // of the golden section
   const std::size_t guards = here_->branch().branches.met.size();
   for (std::size_t k = 0; k < guards; ++k) {
     const auto inside = [&](int place) { return inside_[static_cast<std::size_t>(place) * guards + k]; };
-    double size = k < extents_.size() ? extents_[k] : 0.0;
+    const auto inside_at = [&](double fraction) { return static_cast<void>(left_at(*here_, fraction)), here_->inside(k); };
+    double size = 0.0;
     for (int place = 0; place <= places; ++place) size = std::max(size, std::abs(inside(place)));
     for (int place = 1; place < places; ++place) {
       const double a = inside(place - 1), b = inside(place), c = inside(place + 1), bend = a - 2.0 * b + c;
       if (!(b <= a && b <= c && bend > 0.0) || b - 0.125 * (a - c) * (a - c) / bend > 0.5 * b) continue;  // a parabola stays far from the level
-      double low = (place - 1.0) / places, high = (place + 1.0) / places;
+      double low = fraction_of(place - 1), high = fraction_of(place + 1);
       for (int times = 0; times < 60; ++times) {
-        const double left = low + ratio * (high - low), right = high - ratio * (high - low);
-        static_cast<void>(left_at(*here_, left));
-        const double at_left = here_->inside(k);
-        if (at_left < -depth * size) return left;
-        static_cast<void>(left_at(*here_, right));
-        const double at_right = here_->inside(k);
-        if (at_right < -depth * size) return right;
+        const double left = low + ratio * (high - low), right = high - ratio * (high - low), at_left = inside_at(left);
+        if (at_left < -noise * size && (!is_held || at_left < -bands(k).hidden)) return left;
+        const double at_right = inside_at(right);
+        if (at_right < -noise * size && (!is_held || at_right < -bands(k).hidden)) return right;
         (at_left < at_right ? high : low) = at_left < at_right ? right : left;
       }
     }
@@ -228,6 +255,7 @@ template <class Number>
   if (retaken_ > most_retaken) return {};
   clock_ = clock, step_ = step, from_ = from, to_ = to;
   const bool is_start = !here_;  // of the run, or behind a change of the state
+  first_fraction_ = 0.0, goes_on_from_.reset();
   if (const int left = here_ ? left_at(*here_, 0.0) : 0; left >= 0) {
     auto now = sides_at(0.0);
     if (auto unknown = undecided(*now, -1)) return {{}, unknown, from};
@@ -268,22 +296,38 @@ template <class Number>
   return {from + seen * (to - from), {}, 0.0};
 }
 
-// The first place where a guard does not hold by more than rounding makes of it along the step. A motion that turns back on this side of what the
-// tolerances tell only touches the guard, and does not leave its branch.
+// The first place where a guard does not hold by more than rounding makes of it. A motion that turns back on this side of what the tolerances tell only
+// touches the guard, and does not leave its branch.
 template <class Number>
-std::optional<int> BranchSteps<Number>::first_beyond() const {
+std::optional<int> BranchSteps<Number>::first_beyond() {
   const std::size_t guards = here_->branch().branches.met.size();
   std::optional<int> first;
   for (std::size_t i = 0; i < guards; ++i) {
-    const double size = extents_[i];
-    double least = 0.0;
-    for (std::size_t k = 0; k <= places; ++k) least = std::min(least, inside_[k * guards + i]);
-    const double at_ends = std::min(inside_[i], inside_[places * guards + i]);
-    if (at_ends >= -noise * size && least >= -touched() * size) continue;
+    const auto inside = [&](int k) { return inside_[static_cast<std::size_t>(k) * guards + i]; };
+    int deepest = 0;
+    for (int k = 1; k <= places; ++k)
+      if (inside(k) < inside(deepest)) deepest = k;
+    if (!(inside(deepest) < 0.0)) continue;
+    static_cast<void>(left_at(*here_, fraction_of(deepest)));
+    const Bands band = bands(i);
+    if (std::min(inside(0), inside(places)) >= -band.rounding && inside(deepest) >= -band.hidden) continue;
     for (int k = 0; k <= places && (!first || k < *first); ++k)
-      if (inside_[static_cast<std::size_t>(k) * guards + i] < -noise * size) first = k;
+      if (inside(k) < -band.rounding) first = k;
   }
   return first;
+}
+
+// The branch behind an edge, at a place so far ahead that rounding does not decide.
+template <class Number>
+auto BranchSteps<Number>::behind(const Edge& own) -> Ahead {
+  const int guard = left_at(*here_, own.is_left);
+  double ahead = own.is_left;
+  for (const double further : {1e-12, 1e-10, 1e-8, 1e-6}) {
+    ahead = std::min(own.is_left + further, 1.0);
+    static_cast<void>(left_at(*here_, ahead));
+    if (guard < 0 || here_->inside(static_cast<std::size_t>(guard)) < -2.0 * bands(static_cast<std::size_t>(guard)).rounding) break;
+  }
+  return {ahead, sides_at(ahead)};
 }
 
 template <class Number>
@@ -291,38 +335,34 @@ template <class Number>
   clock_ = clock, step_ = step, from_ = from, to_ = to;
   const bool is_start = !here_;
   take_sizes();
+  first_fraction_ = is_start || !goes_on_from_ ? 0.0 : std::clamp((*goes_on_from_ - from) / (to - from), 0.0, 1.0);
+  if (first_fraction_ == 0.0) goes_on_from_.reset();
   if (is_start) {
-    here_ = sides_at(0.0), extents_.clear();
+    here_ = sides_at(0.0);
     if (auto unknown = undecided(*here_, -1)) return {{}, unknown, from};
     if (auto trouble = trouble_at_start()) return {{}, trouble, from};
   }
-  if (!here_->has_guards()) return {};
+  if (!here_->has_guards() || stays_here()) return {};
   const std::size_t guards = here_->branch().branches.met.size();
-  extents_.resize(guards, 0.0);
-  static_cast<void>(left_at(*here_, 0.0));
-  for (std::size_t i = 0; i < guards; ++i) extents_[i] = std::max(extents_[i], std::abs(here_->inside(i)));
-  if (stays_here()) return {};
   inside_.resize((places + 1) * guards);
   for (int k = 0; k <= places; ++k) {
-    const int left = left_at(*here_, static_cast<double>(k) / places);
-    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown, from + std::max(k - 1.0, 0.0) / places * (to - from)};
+    const int left = left_at(*here_, fraction_of(k));
+    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown, from + fraction_of(std::max(k - 1, 0)) * (to - from)};
     for (std::size_t i = 0; i < guards; ++i) inside_[static_cast<std::size_t>(k) * guards + i] = here_->inside(i);
   }
-  for (std::size_t k = 0; k < inside_.size(); ++k) extents_[k % guards] = std::max(extents_[k % guards], std::abs(inside_[k]));
   const std::optional<int> first = first_beyond();
-  const std::optional<double> beyond = first ? std::optional(static_cast<double>(*first) / places) : grazed(touched());
+  const std::optional<double> beyond = first ? std::optional(fraction_of(*first)) : grazed(true);
   if (!beyond) return {};
-  const double before = std::max(std::ceil(*beyond * places) - 1.0, 0.0) / places;
-  const Edge own = *beyond > 0.0 ? edge(*here_, {before, *beyond}, halvings + finer) : Edge{0.0, 0.0};
-  // A start on the guard, to rounding, is behind it: the branch is that of a place a little ahead.
-  const bool is_on_guard = own.is_left < 1e-9;
-  const double ahead = is_on_guard ? std::max(own.is_left, *beyond > 0.0 ? std::min(1e-6, *beyond) : 1e-6) : own.is_left;
-  auto behind = sides_at(ahead);
+  int before = first.value_or(places) - 1;
+  while (before > 0 && fraction_of(before) >= *beyond) --before;
+  const Edge own = before >= 0 ? edge(*here_, {fraction_of(before), *beyond}, halvings + finer) : Edge{*beyond, *beyond};
   Passage left{.until = from + own.is_left * (to - from)};
-  if (auto trouble = trouble_between(*here_, *behind, own, is_start && is_on_guard)) return left.trouble = std::move(trouble), left;
-  here_ = std::move(behind), extents_.clear();
+  auto [ahead, next] = behind(own);
+  const bool is_on_guard = own.is_left < 1e-9;  // a start on the guard, to rounding, is behind it
+  if (auto trouble = trouble_between(*here_, *next, own, is_start && is_on_guard)) return left.trouble = std::move(trouble), left;
+  here_ = std::move(next);
   left.cut = is_on_guard ? from : left.until;
-  if (is_on_guard) left.ahead = from + ahead * (to - from);
+  left.ahead = goes_on_from_ = from + ahead * (to - from);
   return left;
 }
 

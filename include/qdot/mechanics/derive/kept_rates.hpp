@@ -191,6 +191,7 @@ class BasicRunRates {
   template <class Form>
   bool hold_branch(const KeptLines& kept, const Form& form, double t, const double* y, std::span<const double> phases, double* ydot) const {
     held_ = nullptr;
+    if (met_->is_full()) return false;  // branches that do not come again are not worth their lines
     const AnyRates* const here = at(kept, form, t, y, phases, ydot);
     if (here != nullptr && here->are_of_branch()) held_ = here;
     return held_ != nullptr;
