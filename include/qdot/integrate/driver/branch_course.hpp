@@ -8,6 +8,7 @@
 // has passed over a stay on another branch is taken again, and ends there.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -35,7 +36,7 @@ class BranchCourse {
     const Course course = stepper.ends_at_branches() ? Course::ends_at_branches : stepper.holds_branch() ? Course::held : Course::free;
     Passage passed = watchdog.passage(clock, stepper.polynomial(), elapsed, reached, course);
     if (course == Course::held) {
-      if (!passed.cut) cuts_ = 0;
+      if (!passed.cut) cuts_ = 0, often_ = std::max(often_ - 1, 0);
       if (passed.retake) tries_ = 0, stepper.hold_branches(false);  // the watch cannot see the guards
       return passed;
     }
@@ -45,13 +46,16 @@ class BranchCourse {
   }
   /// Where a step is to end when it is taken again; NaN where it is not.
   double seen() const noexcept { return seen_; }
-  /// Notes a cut at t, when so much has elapsed of a step to `tried`; the trouble, if cuts follow each other without letting t go on.
-  std::optional<Failure> crowding(double t, double elapsed, double tried) {
-    constexpr int crowd = 128;
+  /// Notes a cut at t, when so much has elapsed of a step to `tried`. The trouble, if cuts follow each other without letting t go on. Stairs that switch
+  /// every few steps are not held any more.
+  std::optional<Failure> crowding(AnyStepper& stepper, double t, double elapsed, double tried) {
+    constexpr int crowd = 128, steps_of_a_cut = 4, too_often = 4096;
+    if ((often_ += steps_of_a_cut) > too_often) tries_ = 0, stepper.hold_branches(false);
     constexpr double crowded = 1e-9, of_t = 1e4 * std::numeric_limits<double>::epsilon();
     if (cuts_++ == 0) since_ = elapsed, tried_ = 0.0;
     tried_ += std::abs(tried - elapsed);
-    if (cuts_ < crowd || std::abs(elapsed - since_) >= crowded * tried_ + of_t * std::abs(t)) return cuts_ %= crowd, std::nullopt;
+    if (cuts_ < crowd) return std::nullopt;
+    if (std::abs(elapsed - since_) >= crowded * tried_ + of_t * std::abs(t)) return cuts_ = 0, std::nullopt;
     return Failure{Outcome::zeno, sentence({"branches of T, V or an effect follow each other at t = ", t, " without letting t go on"})};
   }
   /// Goes on from y behind a cut, on the branch that functors have there or right ahead.
@@ -66,7 +70,7 @@ class BranchCourse {
 
  private:
   double seen_ = std::numeric_limits<double>::quiet_NaN(), since_ = 0.0, tried_ = 0.0;
-  int tries_ = 8, cuts_ = 0;  // to hold a branch; in a row
+  int tries_ = 8, cuts_ = 0, often_ = 0;  // to hold a branch; in a row; beside whole steps
 };
 
 }  // namespace qdot::detail

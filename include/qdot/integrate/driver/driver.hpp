@@ -171,7 +171,7 @@ class Driver {
       else proceed = guarded([&] { kept_part(last, clock_.t(last)); }) && observed(false);
     }
     if (!proceed || restarts_ != restarts) return proceed;  // an event has begun afresh
-    if (const auto crowding = branches_.crowding(run_.t, elapsed_, reached())) return end(*crowding);
+    if (const auto crowding = branches_.crowding(stepper_, run_.t, elapsed_, reached())) return end(*crowding);
     if (watchdog_->is_due(std::abs(reached() - elapsed_)) && !looked_at(run_.t, run_.y)) return false;
     return elapsed_ == clock_.length() || (guarded([&] { branches_.go_on(stepper_, clock_, passed, elapsed_, run_.y); }) && within_budget(landing));
   }
