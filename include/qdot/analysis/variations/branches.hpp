@@ -77,7 +77,7 @@ class FunctorBranches : private BranchGuards<Kind> {
     return side_ * least();
   }
   // The function of another event, with the zeros of nearness().
-  double near(const auto& q, const auto& qdot, const auto& z, const double& t) const {
+  double guard_distance(const auto& q, const auto& qdot, const auto& z, const double& t) const {
     read(q, qdot, z, t);
     return this->nearness();
   }
@@ -345,7 +345,7 @@ struct GuardOfBranches {
 struct NearBranches {
   const FunctorBranches<>* branches;
   double operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& qdot, const OwnStates& z, const double& t) const {
-    return branches->near(q, qdot, z, t);
+    return branches->guard_distance(q, qdot, z, t);
   }
 };
 struct ChangeOfBranch {
