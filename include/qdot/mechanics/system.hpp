@@ -232,9 +232,10 @@ auto mechanical_system(Eigen::Index n, Energies energies) {
 
 namespace detail {
 
-// The size of a vector with an entry for each coordinate, checked when it is known only at run time.
+// The size of a vector with an entry for each coordinate, checked when it is known only at run time. Deducing `void` instantiates it where it is called,
+// so that its message comes before those of later calls.
 template <class Sys, class X>
-void require_size(const Sys& system, const char* name, const X& x) {
+auto require_size(const Sys& system, const char* name, const X& x) {
   static_assert(require_real<typename X::Scalar>());
   constexpr int n = Sys::dof_at_compile_time, size = X::SizeAtCompileTime;
   static_assert(size == Dynamic || n == Dynamic || size == n, "qdot: q and qdot must have one entry for each coordinate of the system");
