@@ -51,7 +51,8 @@ template void carry_out<LaneNumber>(const LineTable&, const RunOfLines&, LaneNum
 template void carry_out<LaneNumber>(const LineTable&, LaneNumber*);
 template bool native_lines_are_possible<void>();
 template bool native_lanes_are_possible<void>();
-template void LineEvaluator::translate<double>(Code&) const;
+template void LineEvaluator::translate<false>() const;
+template void LineEvaluator::translate<true>() const;
 template void LineEvaluator::mark_read_by<double>(const LineEvaluator&);
 }  // namespace qdot::formula
 

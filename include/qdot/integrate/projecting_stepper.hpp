@@ -74,25 +74,6 @@ class ProjectingStepper {
     stepper_.tolerate(atol);
   }
 
-  /// Whether the stepper goes by the branch that functors had at the last reset, beyond its guards as well.
-  bool holds_branch() const noexcept
-    requires requires(const S& s) { s.holds_branch(); }
-  {
-    return !is_constrained_ && stepper_.holds_branch();
-  }
-  /// Asks the stepper for that, or no longer; not on constraints, where a projection may lead back over a guard.
-  void hold_branches(bool wish)
-    requires requires(S& s) { s.hold_branches(wish); }
-  {
-    stepper_.hold_branches(wish && !is_constrained_);
-  }
-  /// Lets the next reset hold the branch of another state.
-  void hold_next_of(double t, const Eigen::VectorXd& y)
-    requires requires(S& s) { s.hold_next_of(t, y); }
-  {
-    stepper_.hold_next_of(t, y);
-  }
-
   const Failure& failure() const noexcept { return failure_; }
   double t() const noexcept { return t_; }
   double t_previous() const noexcept { return t_previous_; }

@@ -47,9 +47,7 @@ template <int n, class E, class Use>
 bool with_mass_and_rhs(const E& e, const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const Use& use, KeptLines* kept = nullptr) {
   if constexpr (may_keep_lines<E, n> && !wants_band<Use>) {
     const auto evaluated = [&](const DerivedLines& lines) { return lines.template with_mass_and_rhs<n>(q.data(), qdot.data(), t, use); };
-    const auto lines_of = [](KeptDerivation& it) { return is_of_mass<Use> ? it.lines_of_mass() : it.lines(); };
-    const AtState at{q.data(), qdot.data(), t, static_cast<int>(q.size())};
-    if (size_at<n>(at) <= block_limit<n> && with_lines<n>(kept, e, at, lines_of, evaluated)) return true;
+    if (with_lines<n, is_of_mass<Use>>(kept, e, AtState{q.data(), qdot.data(), t, static_cast<int>(q.size())}, evaluated)) return true;
   }
   if constexpr (n == Dynamic) {
     if (wants_band<Use> || q.size() > block_limit<n>) {

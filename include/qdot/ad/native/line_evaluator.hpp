@@ -82,13 +82,13 @@ class LineEvaluator {
   void operator()(double* x) const {
     if (const MachineCode* const code = state_->alone.native()) return (*code)(x);
     carry_out(table_, x);
-    if (state_->alone.is_due()) translate<>(state_->alone);
+    if (state_->alone.is_due()) translate<false>();
   }
   /// In eight lanes.
   void operator()(LaneNumber* x) const {
     if (const MachineCode* const code = state_->in_lanes.native()) return (*code)(x);
     carry_out(table_, x);
-    if (state_->in_lanes.is_due()) translate<>(state_->in_lanes);
+    if (state_->in_lanes.is_due()) translate<true>();
   }
 
   /// Whether there is machine code.
@@ -121,8 +121,8 @@ class LineEvaluator {
     if (number < state_->read.size()) state_->read[number] = 1;
   }
 
-  template <class Number = double>
-  void translate(Code& code) const;
+  template <bool in_lanes>
+  void translate() const;
   template <class Number = double>
   void mark_read_by(const LineEvaluator& other);
 
@@ -136,7 +136,8 @@ class LineEvaluator {
 namespace qdot::formula {
 extern template bool native_lines_are_possible<void>();
 extern template bool native_lanes_are_possible<void>();
-extern template void LineEvaluator::translate<double>(Code&) const;
+extern template void LineEvaluator::translate<false>() const;
+extern template void LineEvaluator::translate<true>() const;
 extern template void LineEvaluator::mark_read_by<double>(const LineEvaluator&);
 }  // namespace qdot::formula
 #else

@@ -10,6 +10,7 @@
 //
 // Programs that link qdot::compiled do not read this file: the library has it.
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -87,27 +88,32 @@ inline NativeVectors best_lane_vectors() {
   return {};
 }
 
+// One line whose result tells whether product and difference were rounded apart: 0.1 · 10 − 1 is 0, and 5.6e-17 with one rounding. Its numbers are the last.
+inline constexpr double of_trial[] = {0.1, 10.0, 1.0, 7.0};
+[[gnu::cold]] inline LineTable trial_of_rounding() {
+  LineTable table;
+  Line line{Line::Operation::product_difference, Function::none, 3, 0, 1};
+  line.d = 2;
+  table.lines = {line, Line{}};
+  return table;
+}
+inline bool have_same_bits(double x, double y) { return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y); }
+
 template <class>
 [[gnu::cold]] bool native_lines_are_possible() {
 #if defined(__linux__) && (defined(__x86_64__) || defined(__aarch64__))
   static const bool possible = [] {
     const char* const wish = std::getenv("QDOT_NATIVE");
     if (wish != nullptr && std::string_view(wish) == "0") return false;
-    LineTable table;  // 0.1 · 10 − 1 is 0, and 5.6e-17 with one rounding
-    Line line{Line::Operation::product_difference, Function::none, 3, 0, 1};
-    line.d = 2;
-    table.lines = {line, Line{}};
+    const LineTable table = trial_of_rounding();
     const char read[] = {0, 0, 0, 1};
-    double interpreted[] = {0.1, 10.0, 1.0, 7.0}, native[] = {0.1, 10.0, 1.0, 7.0};
+    double interpreted[4], native[4];
+    std::copy_n(of_trial, 4, interpreted), std::copy_n(of_trial, 4, native);
     carry_out(table, interpreted);
     const NativeLines code(table, read, best_vectors());
     if (!code.exists()) return false;
     code(native);
-    LaneNumber lanes[4] = {};
-    for (std::size_t k = 0; k < 3; ++k) lanes[k] = interpreted[k];
-    carry_out(table, lanes);
-    const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x); };
-    return bits(interpreted[3]) == bits(native[3]) && bits(interpreted[3]) == bits(lanes[3].lanes()[0]);
+    return have_same_bits(interpreted[3], native[3]);
   }();
   return possible;
 #else
@@ -117,15 +123,28 @@ template <class>
 
 template <class>
 [[gnu::cold]] bool native_lanes_are_possible() {
-  return native_lines_are_possible() && doubles_of(best_lane_vectors()) > 1;
+  static const bool possible = [] {
+    if (!native_lines_are_possible() || doubles_of(best_lane_vectors()) <= 1) return false;
+    const LineTable table = trial_of_rounding();
+    double interpreted[4];
+    LaneNumber lanes[4] = {};
+    std::copy_n(of_trial, 4, interpreted);
+    for (std::size_t k = 0; k < 3; ++k) lanes[k] = interpreted[k];
+    carry_out(table, interpreted), carry_out(table, lanes);
+    return have_same_bits(interpreted[3], lanes[3].lanes()[0]);
+  }();
+  return possible;
 }
 
-template <class Number>
-[[gnu::cold, gnu::noinline]] void LineEvaluator::translate(Code& code) const {
-  const bool in_lanes = &code == &state_->in_lanes;
-  if (in_lanes ? !native_lanes_are_possible() : !native_lines_are_possible()) return;
+template <bool in_lanes>
+[[gnu::cold, gnu::noinline]] void LineEvaluator::translate() const {
+  if constexpr (in_lanes) {
+    if (!native_lanes_are_possible()) return;
+  } else {
+    if (!native_lines_are_possible()) return;
+  }
   auto made = std::make_unique<const NativeLines>(table_, state_->read, in_lanes ? best_lane_vectors() : best_vectors());
-  if (made->exists()) code.take(std::move(made));
+  if (made->exists()) (in_lanes ? state_->in_lanes : state_->alone).take(std::move(made));
 }
 template <class Number>
 [[gnu::cold]] void LineEvaluator::mark_read_by(const LineEvaluator& other) {

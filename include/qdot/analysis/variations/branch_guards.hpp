@@ -58,6 +58,13 @@ class BranchGuards {
       if (const double g = guard(k); g < least) least = g;  // not where it has no value, beyond another guard
     return std::isfinite(least) ? least : 1.0;
   }
+  // The number of the least guard where values_ belong to.
+  std::size_t nearest() const {
+    std::size_t k = 0;
+    for (std::size_t i = 1; i < guards().size(); ++i)
+      if (guard(i) < guard(k)) k = i;
+    return k;
+  }
   void evaluate() const {
     int last = -1;
     for (const formula::Guard& g : guards()) last = std::max(last, g.node);
@@ -126,40 +133,41 @@ class BranchGuards {
     }
   }
 
-  // The least guard at at_, less as much as tolerances hide of it: zero where the motion comes so close that it may graze. Evaluated there it notes
+  // The least guard at a state, less as much as tolerances hide of it: zero where the motion comes so close that it may graze. Evaluated there it notes
   // whether the guard turns back before it has clearly crossed, if the equations behind it are others.
-  double nearness() const {
-    const double g = least();
+  double nearness(double t, const Eigen::VectorXd& y) const {
+    const double g = least_at(t, y);
     largest_ = std::max(largest_, g);
     if (grazed_ || g > 1e-4 * largest_) return g;
-    std::size_t k = 0;
-    for (std::size_t i = 1; i < guards().size(); ++i)
-      if (guard(i) < guard(k)) k = i;
-    const std::vector<double> at = at_;
-    const auto time = static_cast<std::size_t>(2 * dof_);
-    Eigen::VectorXd y(size_);
-    for (std::size_t i = 0; i < at.size(); ++i)
-      if (i != time) y[static_cast<Eigen::Index>(i < time ? i : i - 1)] = at[i];
-    const double band = hidden * slope(k, at[time], y).by_y.cwiseAbs().dot(equations_.resolution(y));
-    if (std::abs(g - band) < 0.1 * band && turns_back(k, at[time], y, band)) note_grazing(k, at[time], y, at);
-    at_ = at;
+    const std::size_t k = nearest();
+    const double band = hidden * slope(k, t, y).by_y.cwiseAbs().dot(equations_.resolution(y));
+    if (std::abs(g - band) < 0.1 * band && turns_back(k, t, y, band)) note_grazing(k, t, y);
     return g - band;
   }
   // Whether a guard that is so near to zero has its least value there, by its parabola along the motion.
   bool turns_back(std::size_t k, double t, const Eigen::VectorXd& y, double band) const {
-    const double d = 1e-4 * way(t, y);
-    const Eigen::VectorXd f = equations_.state_rate(t, y), bend = (f - equations_.state_rate(t - d, y - d * f)) / d;
+    const Parabola g = along_motion(k, t, y, equations_.state_rate(t, y), way(t, y));
+    return g.curvature > 0.0 && g.value - 0.5 * g.speed * g.speed / g.curvature > -band;
+  }
+  // A guard along the motion, whose rate at y is f, near y: by three places in a small part of a time, of which the one behind gives the motion its bend.
+  struct Parabola {
+    double value, speed, curvature;
+  };
+  Parabola along_motion(std::size_t k, double t, const Eigen::VectorXd& y, const Eigen::VectorXd& f, double span) const {
+    const double d = 1e-4 * direction_ * span;
+    const Eigen::VectorXd bend = (f - equations_.state_rate(t - d, y - d * f)) / d;
     const auto on_motion = [&](double later) {
       number_variables(dof_, t + later, y + later * f + 0.5 * later * later * bend, at_);
       evaluate();
       return guard(k);
     };
     const double before = on_motion(-d), here = on_motion(0.0), behind = on_motion(d);
-    const double speed = (behind - before) / (2 * d), curvature = (behind - 2 * here + before) / (d * d);
-    return curvature > 0.0 && here - 0.5 * speed * speed / curvature > -band;
+    return {here, (behind - before) / (2 * d), (behind - 2 * here + before) / (d * d)};
   }
-  void note_grazing(std::size_t k, double t, const Eigen::VectorXd& y, const std::vector<double>& at) const {
+  void note_grazing(std::size_t k, double t, const Eigen::VectorXd& y) const {
     const auto other = neighbour(*branch_, k, dof_, t, y, runner(-1, 0.0));
+    std::vector<double> at;
+    number_variables(dof_, t, y, at);
     if (!differ(*branch_, *other, at, 0)) return;
     try {
       end_grazing(k, t, y);

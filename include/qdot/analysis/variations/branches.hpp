@@ -41,10 +41,9 @@ template <class Kind = void>  // compiled only where it is made
 class FunctorBranches : private BranchGuards<Kind> {
   using Base = BranchGuards<Kind>;
   using Slope = typename Base::Slope;
-  using Base::along_columns, Base::at_, Base::branch_, Base::direction_, Base::dof_, Base::enter, Base::equations_, Base::evaluate, Base::guard, Base::guards;
-  using Base::hidden;
-  using Base::is_same, Base::least, Base::least_at, Base::length_, Base::moved, Base::runner, Base::shortest, Base::size_, Base::sizes_, Base::slope;
-  using Base::end_grazing, Base::take, Base::values_, Base::way, Base::where;
+  using Base::along_columns, Base::along_motion, Base::at_, Base::branch_, Base::direction_, Base::dof_, Base::end_grazing, Base::enter, Base::equations_;
+  using Base::guard, Base::guards, Base::hidden, Base::is_same, Base::least_at, Base::length_, Base::moved, Base::nearest, Base::note_size, Base::runner;
+  using Base::shortest, Base::size_, Base::slope, Base::take, Base::way, Base::where;
 
  public:
   using Base::Base;
@@ -73,26 +72,20 @@ class FunctorBranches : private BranchGuards<Kind> {
 
   // The event function: crosses zero where a guard does, with changing signs from branch to branch.
   double operator()(const auto& q, const auto& qdot, const auto& z, const double& t) const {
-    read(q, qdot, z, t);
-    return side_ * least();
+    const Eigen::VectorXd y = joined(q, qdot, z);
+    note_size(y);
+    return side_ * least_at(t, y);
   }
   // The function of another event, with the zeros of nearness().
-  double guard_distance(const auto& q, const auto& qdot, const auto& z, const double& t) const {
-    read(q, qdot, z, t);
-    return this->nearness();
-  }
+  double guard_distance(const auto& q, const auto& qdot, const auto& z, const double& t) const { return this->nearness(t, joined(q, qdot, z)); }
   using Base::grazed;
 
  private:
-  void read(const auto& q, const auto& qdot, const auto& z, const double& t) const {
-    at_.resize(static_cast<std::size_t>(size_) + 1);
-    const Eigen::Index n = dof_, states = size_ - 2 * dof_;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      at_[static_cast<std::size_t>(i)] = q[i], at_[static_cast<std::size_t>(n + i)] = qdot[i];
-      sizes_[i] = std::max(sizes_[i], std::abs(q[i])), sizes_[n + i] = std::max(sizes_[n + i], std::abs(qdot[i]));
-    }
-    at_[static_cast<std::size_t>(2 * n)] = t;
-    for (Eigen::Index i = 0; i < states; ++i) at_[static_cast<std::size_t>(2 * n + 1 + i)] = z[i];
+  // y of an event's arguments; behind the effects' own states z has the columns of Φ.
+  Eigen::VectorXd joined(const auto& q, const auto& qdot, const auto& z) const {
+    Eigen::VectorXd y(size_);
+    y << q, qdot, z.head(size_ - 2 * dof_);
+    return y;
   }
   // The motion must not begin, or go on, on guard k, where that has a meaning.
   void require_off(std::size_t k, double t, const Eigen::VectorXd& y, const Eigen::VectorXd& both) {
@@ -279,11 +272,8 @@ class FunctorBranches : private BranchGuards<Kind> {
 
   // A guard came to zero and goes back.
   void touched(double t, const Eigen::VectorXd& y) {
-    number_variables(dof_, t, y, at_);
-    least();
-    std::size_t k = 0;
-    for (std::size_t i = 1; i < guards().size(); ++i)
-      if (guard(i) < guard(k)) k = i;
+    least_at(t, y);
+    const std::size_t k = nearest();
     const std::vector<double> at = at_;
     const auto other = neighbour(*branch_, k, dof_, t, y, runner(-1, 0.0));
     if (differ(*branch_, *other, at, 0)) {
@@ -315,14 +305,7 @@ class FunctorBranches : private BranchGuards<Kind> {
     const Eigen::VectorXd y = both.head(size_);
     const double speed = by.by_t + by.by_y.dot(f_before), speed_behind = by.by_t + by.by_y.dot(f_behind);
     // What the method cannot tell from zero, and at which depth the guard would turn in front of it.
-    const double dark = by.by_y.cwiseAbs().dot(equations_.resolution(y)), d = 1e-4 * span;
-    const Eigen::VectorXd bend = (f_before - equations_.state_rate(t - direction_ * d, y - direction_ * d * f_before)) / (direction_ * d);
-    const auto on_motion = [&](double later) {
-      number_variables(dof_, t + later, y + later * f_before + 0.5 * later * later * bend, at_);
-      evaluate();
-      return guard(k);
-    };
-    const double curvature = (on_motion(d) + on_motion(-d) - 2 * on_motion(0.0)) / (d * d);
+    const double dark = by.by_y.cwiseAbs().dot(equations_.resolution(y)), curvature = along_motion(k, t, y, f_before, span).curvature;
     if (!(speed * speed > 2 * hidden * dark * std::abs(curvature)) || !(std::abs(speed) * span > hidden * dark)) end_grazing(k, t, y);
     if (!(direction_ * speed < 0.0 && direction_ * speed_behind < 0.0) || std::abs(speed_behind) * span <= hidden * dark)
       end_sliding(k, t, y);

@@ -50,6 +50,18 @@ class BranchSteps {
     t_ = clock_.shown(elapsed);
   }
   int left_at(SidesOfBranch<>& sides, double fraction) { return move_to(fraction), sides.move_to(dof_, t_, y_); }
+  // As left_at() of a place, and notes how far inside of each guard it is.
+  int left_at_place(int k) {
+    const int left = left_at(*here_, fraction_of(k));
+    const std::size_t guards = here_->branch().branches.met.size();
+    for (std::size_t i = 0; i < guards; ++i) inside_[static_cast<std::size_t>(k) * guards + i] = here_->inside(i);
+    return left;
+  }
+  std::optional<Passage> undecided_at_place(int k, int left) {
+    auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt;
+    if (!unknown) return std::nullopt;
+    return Passage{{}, std::move(unknown), from_ + fraction_of(std::max(k - 1, 0)) * (to_ - from_)};
+  }
   std::unique_ptr<SidesOfBranch<>> sides_at(double fraction) {
     return move_to(fraction), std::make_unique<SidesOfBranch<>>(recorded_branch(dof_, t_, y_, [&](RecordedBranch& branch) { form_.record_branch(branch); }));
   }
@@ -266,13 +278,11 @@ template <class Number>
   if (!here_->has_guards()) return {};
   take_sizes();
   if (stays_here()) return {};
-  const std::size_t guards = here_->branch().branches.met.size();
-  inside_.resize((places + 1) * guards);
+  inside_.resize((places + 1) * here_->branch().branches.met.size());
   int changes = 0, first = 0;
   for (int k = 0, was = 0; k <= places; ++k) {
-    const int left = left_at(*here_, static_cast<double>(k) / places);
-    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown, from + std::max(k - 1.0, 0.0) / places * (to - from)};
-    for (std::size_t i = 0; i < guards; ++i) inside_[static_cast<std::size_t>(k) * guards + i] = here_->inside(i);
+    const int left = left_at_place(k);
+    if (auto unknown = undecided_at_place(k, left)) return *unknown;
     const int is = left >= 0 ? 1 : 0;
     if (is != std::exchange(was, is) && ++changes == 1) first = k;
   }
@@ -343,13 +353,9 @@ template <class Number>
     if (auto trouble = trouble_at_start()) return {{}, trouble, from};
   }
   if (!here_->has_guards() || stays_here()) return {};
-  const std::size_t guards = here_->branch().branches.met.size();
-  inside_.resize((places + 1) * guards);
-  for (int k = 0; k <= places; ++k) {
-    const int left = left_at(*here_, fraction_of(k));
-    if (auto unknown = left >= 0 ? undecided(*here_, left) : std::nullopt) return {{}, unknown, from + fraction_of(std::max(k - 1, 0)) * (to - from)};
-    for (std::size_t i = 0; i < guards; ++i) inside_[static_cast<std::size_t>(k) * guards + i] = here_->inside(i);
-  }
+  inside_.resize((places + 1) * here_->branch().branches.met.size());
+  for (int k = 0; k <= places; ++k)
+    if (auto unknown = undecided_at_place(k, left_at_place(k))) return *unknown;
   const std::optional<int> first = first_beyond();
   const std::optional<double> beyond = first ? std::optional(fraction_of(*first)) : grazed(true);
   if (!beyond) return {};

@@ -31,9 +31,8 @@ template <class Number = double>
 struct Derivation {
   std::shared_ptr<const TracedEquations<Number>> equations;
   DerivedLines lines;
-  std::unique_ptr<formula::Branches> branch;  // null where nothing is compared
-  formula::LineEvaluator sides;               // lines of its guards
-  std::vector<int> guards;                    // and their numbers
+  formula::LineEvaluator sides;  // lines of the guards of a branch
+  std::vector<int> guards;       // and their numbers
 
   explicit Derivation(By by = By::fastest);
   ~Derivation();

@@ -177,7 +177,7 @@ template <class Number>
 [[gnu::cold]] void Derivation<Number>::write_sides() {
   const std::size_t n = equations->n();
   std::vector<int> nodes;
-  for (const formula::Guard& guard : branch->met) nodes.push_back(guard.node);
+  for (const formula::Guard& guard : equations->guards) nodes.push_back(guard.node);
   formula::LineTable table;
   formula::LineWriter<Number> side_writer(equations->graph(), 2 * n + 1);
   side_writer.write(nodes, table);
@@ -198,18 +198,18 @@ template <class Number>
   size_ = functors.size;
   try {
     TracedEquations<Number> recorded(motion_variables(size_));
+    formula::Branches branch;
     if (at != nullptr) {
-      derivation_.branch = std::make_unique<formula::Branches>();
-      derivation_.branch->variables.resize(static_cast<std::size_t>(2 * size_ + 1));
-      copy_state(*at, size_, derivation_.branch->variables.data());
+      branch.variables.resize(static_cast<std::size_t>(2 * size_ + 1));
+      copy_state(*at, size_, branch.variables.data());
+      recorded.motion.recording.branches = &branch;
     }
-    formula::Branches* const branch = recorded.motion.recording.branches = derivation_.branch.get();
     functors.run(functors.energies, recorded.motion);
     recorded.motion.recording.branches = nullptr;
     answers_ = recorded.motion.recording.answers;
-    if (branch != nullptr) recorded.guards = branch->met;
-    if (branch == nullptr || !branch->read_values) derivation_.derive(std::move(recorded));
-    if (lines() && branch != nullptr && !branch->met.empty()) derivation_.write_sides();
+    recorded.guards = std::move(branch.met);
+    if (!branch.read_values) derivation_.derive(std::move(recorded));
+    if (lines() && !derivation_.equations->guards.empty()) derivation_.write_sides();
     if (at == nullptr || lines()) print_ = functors.print(functors.energies, size_, &answers_);
   } catch (...) {  // what functors throw they throw again, where they are asked for values
   }
@@ -261,7 +261,7 @@ template <std::size_t room>
   copy_state(at, size_, x);
   derivation_.sides(x);
   for (std::size_t i = 0; i < derivation_.guards.size(); ++i)
-    if (!derivation_.branch->met[i].has(x[derivation_.guards[i]])) return false;
+    if (!derivation_.equations->guards[i].has(x[derivation_.guards[i]])) return false;
   return true;
 }
 

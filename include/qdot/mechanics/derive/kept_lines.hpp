@@ -184,10 +184,12 @@ bool with_lines(KeptLines* kept, const E& e, const AtState& at, const F& f, cons
   KeptDerivation* const holds = once->at<n>(e, at);
   return holds != latest && try_with(holds);
 }
-template <int n, class E, class Found>
+// `of_mass`: by lines of M alone.
+template <int n, bool of_mass = false, class E, class Found>
 bool with_lines(KeptLines* kept, const E& e, const AtState& at, const Found& found) {
   if constexpr (may_keep_lines<E, n>)
-    if (size_at<n>(at) <= block_limit<n>) return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return it.lines(); }, found);
+    if (size_at<n>(at) <= block_limit<n>)
+      return with_lines<n>(kept, e, at, [](KeptDerivation& it) { return of_mass ? it.lines_of_mass() : it.lines(); }, found);
   return false;
 }
 template <int n, class E, class Found>
