@@ -149,7 +149,7 @@ class BranchGuards {
     const Parabola g = along_motion(k, t, y, equations_.state_rate(t, y), way(t, y));
     return g.curvature > 0.0 && g.value - 0.5 * g.speed * g.speed / g.curvature > -band;
   }
-  // A guard along the motion, whose rate at y is f, near y: by three places in a small part of a time, of which the one behind gives the motion its bend.
+  // A guard along the motion near y, whose rate there is f, by its values a little before and behind. The rate a little before gives the motion its bend.
   struct Parabola {
     double value, speed, curvature;
   };
