@@ -47,6 +47,7 @@
 #include "qdot/effects/constraints.hpp"        // φ(q, t) = 0, drives, rolling
 #include "qdot/effects/contact.hpp"            // impacts, contacts, stops, ropes
 #include "qdot/effects/dry_friction.hpp"       // friction that sticks
+#include "qdot/effects/plane_friction.hpp"     // the same in a plane, with one bound for all directions
 #include "qdot/effects/input.hpp"              // forces that are left open, for linearization and control
 #include "qdot/effects/interpolated_input.hpp"  // the same, linear from value to value
 #include "qdot/effects/choice.hpp"             // effects that are on or off at compile time

@@ -13,26 +13,21 @@
 // reaches F_s; then the sliding goes against λ. If v passes through zero but F_s could not hold the
 // system, it slides on to the other side in the same moment.
 //
+// A velocity of two or three components has friction in a plane (plane_friction.hpp): one bound for all directions.
+//
 // The friction forces are given, as numbers or functions of the state (μ m g cos α on an incline). Since they are bounded,
 // friction has no part in an impact.
 
+#include <cmath>
 #include <concepts>
 #include <string>
 #include <type_traits>
 #include <utility>
 
 #include "qdot/effects/fit.hpp"
-#include "qdot/effects/forces.hpp"
+#include "qdot/effects/plane_friction.hpp"
 
 namespace qdot {
-
-/// Phases of dry friction, as they stand in z.
-enum class FrictionPhase {
-  backward = -1,  ///< v < 0
-  sticks = 0,     ///< v = 0, kept by a force within its bound
-  forward = 1,    ///< v > 0
-  undecided = 2   ///< at the start, until the state has been looked at
-};
 
 namespace detail {
 
@@ -72,7 +67,7 @@ struct DryFriction {
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, 1>& z, const S& t) const {
     const double s = static_cast<double>(innermost_value(z[0]));
     if (s != 1.0 && s != -1.0) return detail::zeros<Vector<S, n>>(q.size());
-    const S F = -s * limit<S>(F_k, q, qdot, t);
+    const S F = -s * detail::friction_bound<S>(F_k, q, qdot, t);
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& u) {
       using D = typename std::remove_cvref_t<decltype(u)>::Scalar;
       return sliding_velocity<D, n>(detail::converted<D>(q), u, D(t));
@@ -90,7 +85,16 @@ struct DryFriction {
   /// The largest force of sticking, F_s.
   template <int n>
   double sticking_limit(const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
-    return limit<double>(F_s, q, qdot, t);
+    return detail::friction_bound<double>(F_s, q, qdot, t);
+  }
+
+  /// This friction for n coordinates: with bounds in a plane where the sliding velocity has several components.
+  template <int n>
+  auto fitted() const {
+    using Q = detail::Point<n>;
+    constexpr int m = detail::components_of<std::remove_cvref_t<decltype(detail::of_state(v, std::declval<const Q&>(), std::declval<const Q&>(), 0.0))>>();
+    if constexpr (m == 2 || m == 3) return PlaneFriction<Velocity, Sliding, Sticking, m>{name, v, F_k, F_s};
+    else return *this;
   }
 
  private:
@@ -99,20 +103,9 @@ struct DryFriction {
     const auto sliding = detail::of_state(v, q, qdot, t);
     constexpr bool is_one_number = std::is_convertible_v<decltype(sliding), S>;
     static_assert(is_one_number,
-                  "qdot: the sliding velocity of dry friction must be one number: its bound is one force. Friction in a plane is not one dry friction for "
-                  "each direction, for these fill a square and not Coulomb's circle: take generalized_force() with -F v / sqrt(v*v + v_0*v_0), which creeps "
-                  "below v_0");
+                  "qdot: the sliding velocity of dry friction must be one number, or a vector of two or three whose size is known at compile time");
     if constexpr (is_one_number) return S(sliding);
     else return S(0.0);
-  }
-
-  template <class S, class F, int n>
-  static S limit(const F& force, const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) {
-    if constexpr (std::is_arithmetic_v<F>) {
-      return S(static_cast<double>(force));
-    } else {
-      return detail::of_state(force, q, qdot, t);
-    }
   }
 };
 
@@ -120,7 +113,7 @@ struct DryFriction {
 ///
 /// Its events: "name sticks", "name slips", and "name turns" where sliding changes direction without a stop.
 ///
-/// @param v    v(q, qdot) or v(q, qdot, t), linear in qdot; or the number of a coordinate
+/// @param v    v(q, qdot) or v(q, qdot, t), linear in qdot, one number or a vector of two or three; or the number of a coordinate
 /// @param F_k  friction force while sliding, ≥ 0: a number, or a function of the state
 /// @param F_s  largest friction force while sticking, ≥ F_k
 /// @throws InvalidValue  when numbers are negative or F_s < F_k; from scene(), when the system has no such coordinate
@@ -141,6 +134,28 @@ auto dry_friction(std::string name, Velocity v, Sliding F_k, Sticking F_s) {
 /// Dry friction with one limit F for sliding and sticking.
 template <class Velocity, class Sliding>
 auto dry_friction(std::string name, Velocity v, Sliding F) {
+  return dry_friction(std::move(name), std::move(v), F, F);
+}
+
+/// Coulomb friction in a plane whose bounds are an ellipse, by its half axes along the components of the sliding velocity.
+///
+/// The force is that of greatest dissipation, −(F_x² v_x, F_y² v_y)/√(F_x² v_x² + F_y² v_y²): not against v where F_x ≠ F_y.
+///
+/// @param F_k, F_s  half axes while sliding and sticking; F_s is a multiple of F_k, by at least 1
+/// @throws InvalidValue  when they are not positive, or F_s is no such multiple
+template <class Velocity, int m>
+auto dry_friction(std::string name, Velocity v, const Vector<double, m>& F_k, const Vector<double, m>& F_s) {
+  const double most = F_k.maxCoeff(), ratio = F_s[0] / F_k[0];
+  bool good = ratio >= 1.0 && ratio < 1e300;
+  for (int i = 0; i < m; ++i) good = good && F_k[i] > 0.0 && std::abs(F_s[i] - ratio * F_k[i]) <= 1e-12 * F_s[i];
+  if (!good)
+    detail::throw_invalid_value({"an ellipse of dry friction needs F_k > 0 and F_s = r F_k with one r >= 1, but '", name, "' has F_k[0] = ",
+                                 {F_k[0], 6}, ", F_s[0] = ", {F_s[0], 6}, " and F_k[", m - 1, "] = ", {F_k[m - 1], 6}, ", F_s[", m - 1, "] = ",
+                                 {F_s[m - 1], 6}, "; give both ellipses the same shape"});
+  return dry_friction(std::move(name), detail::StretchedVelocity<Velocity, m>{std::move(v), F_k / most}, most, ratio * most);
+}
+template <class Velocity, int m>
+auto dry_friction(std::string name, Velocity v, const Vector<double, m>& F) {
   return dry_friction(std::move(name), std::move(v), F, F);
 }
 

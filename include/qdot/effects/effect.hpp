@@ -133,7 +133,7 @@ concept NonholonomicEffect =
 template <class Effect, int n>
 concept ConstraintEffect = HolonomicEffect<Effect, n> || NonholonomicEffect<Effect, n>;
 
-/// A constraint of one row that is there in some phases and absent in others; its one own state is the phase.
+/// A constraint that is there in some phases and absent in others; the first of its own states is the phase, and all stay as they are between events.
 template <class Effect, int n>
 concept SwitchingEffect = ConstraintEffect<Effect, n> && requires(const Effect& e, double phase) {
   { e.is_active(phase) } -> std::convertible_to<bool>;

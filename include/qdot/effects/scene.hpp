@@ -65,6 +65,15 @@ Sys named_system(const Energies& energies, const Named& named) {
   return Sys(energies, named.dof()).with_names(coordinate_names(named)).by(named.system().kept_lines()->by());
 }
 
+// An effect as n coordinates need it: some are others for one number than for several.
+template <int n, class Effect>
+auto fitted_effect(Effect effect) {
+  if constexpr (requires { effect.template fitted<n>(); }) return effect.template fitted<n>();
+  else return effect;
+}
+template <class Effect, int n>
+using FittedEffect = decltype(fitted_effect<n>(std::declval<Effect>()));
+
 // The system that Lagrange's equations are written for.
 template <class Sys, class... Effects>
 auto effective_system(const Sys& system, const std::tuple<Effects...>& effects) {
@@ -93,6 +102,8 @@ class Scene {
   static constexpr std::size_t phases_at_compile_time =
       (0 + ... + static_cast<std::size_t>(SwitchingEffect<Effects, dof_at_compile_time>));  ///< effects that switch
   static constexpr bool has_phases = phases_at_compile_time > 0;  ///< whether any effect switches
+  /// Whether any effect has friction in a plane, whose Jacobian changes within a step where it is slow.
+  static constexpr bool has_plane_friction = ((FrictionEffect<Effects, dof_at_compile_time> && detail::states_of<Effects>() > 1) || ...);
   /// Whether any constraint holds all the time.
   static constexpr bool has_lasting_constraints =
       ((ConstraintEffect<Effects, dof_at_compile_time> && !SwitchingEffect<Effects, dof_at_compile_time>) || ...);
@@ -177,20 +188,22 @@ using EffectStates = Vector<double, Sc::states_at_compile_time>;
 ///
 /// @throws InvalidValue, DimensionError  when an effect does not fit the system, such as a drive of a coordinate that it has not
 template <class E, int n, Inertia inertia, class... Effects>
-Scene<System<E, n, inertia>, Effects...> scene(System<E, n, inertia> system, Effects... effects) {
-  return Scene<System<E, n, inertia>, Effects...>(std::move(system), std::move(effects)...);
+Scene<System<E, n, inertia>, detail::FittedEffect<Effects, n>...> scene(System<E, n, inertia> system, Effects... effects) {
+  return {std::move(system), detail::fitted_effect<n>(std::move(effects))...};
 }
 
 /// A scene with more effects than it had.
 ///
 /// @throws as above
 template <class Sys, class... Effects, class... More>
-Scene<Sys, Effects..., More...> scene(const Scene<Sys, Effects...>& given, More... more) {
+auto scene(const Scene<Sys, Effects...>& given, More... more) {
+  constexpr int n = Sys::dof_at_compile_time;
+  using Fuller = Scene<Sys, Effects..., detail::FittedEffect<More, n>...>;
   return std::apply([&](const auto&... effects) {
     if constexpr (detail::has_energy_terms<Sys, Effects...>) {
-      return Scene<Sys, Effects..., More...>(detail::named_system<Sys>(given.system().energies().without_terms(), given), effects..., std::move(more)...);
+      return Fuller(detail::named_system<Sys>(given.system().energies().without_terms(), given), effects..., detail::fitted_effect<n>(std::move(more))...);
     } else {
-      return Scene<Sys, Effects..., More...>(given.system(), effects..., std::move(more)...);
+      return Fuller(given.system(), effects..., detail::fitted_effect<n>(std::move(more))...);
     }
   }, given.effects());
 }

@@ -49,6 +49,7 @@ class SceneForm {
   static constexpr int size_at_compile_time = n == Dynamic ? Dynamic : 2 * n + states;  ///< 2n and the states of effects, or Dynamic
   static constexpr bool has_constraints = Sc::has_constraints;                          ///< as the scene has it
   static constexpr bool has_forces = Sc::has_forces;                                    ///< likewise
+  static constexpr bool jacobian_changes_fast = Sc::has_plane_friction;                 ///< so that none may be kept from one step to the next
   static constexpr bool functors_are_recordable = detail::is_recordable_scene<Sc>;      ///< T, V and effects take every scalar
 
   explicit SceneForm(Sc scene) : scene_(std::move(scene)) { detail::keep_lines(scene_, scene_.system()); }

@@ -184,7 +184,8 @@ class FlowOf final : public FlowOfForm<decltype(first_order_form(std::declval<co
   std::vector<Eigen::Index> phases() const override {
     std::vector<Eigen::Index> places;
     for_each_place(scene_, [&]<class E>(const E&, Eigen::Index place) {
-      if constexpr (SwitchingEffect<E, Sc::dof_at_compile_time>) places.push_back(place);
+      if constexpr (SwitchingEffect<E, Sc::dof_at_compile_time>)
+        for (int i = 0; i < states_of<E>(); ++i) places.push_back(place + i);
     });
     return places;
   }

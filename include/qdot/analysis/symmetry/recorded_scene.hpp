@@ -93,7 +93,13 @@ void record_force(RecordedEffect& act, const RecordedArguments<n>& at, const E& 
     }
   };
   if constexpr (FrictionEffect<E, n>) {
-    for (const double phase : {1.0, -1.0}) push(Vector<S, 1>(S(phase)));
+    if constexpr (constexpr int states = states_of<E>(); states == 1) {
+      for (const double phase : {1.0, -1.0}) push(Vector<S, 1>(S(phase)));
+    } else {
+      Vector<S, states> z = zeros<Vector<S, states>>(states);
+      z[0] = S(1.0);
+      push(z);
+    }
   } else if constexpr (StateEffect<E>) {
     constexpr int states = states_of<E>();
     Vector<S, states> z;

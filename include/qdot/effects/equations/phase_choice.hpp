@@ -10,6 +10,13 @@
 //     contact      opens where w > 0; is closed where λ > 0, or where it was closed and is not asked to open
 //     friction     slides where w ≠ 0, in that direction; sticks otherwise
 //
+// Friction in a plane (plane_friction.hpp) has bounds that are a circle. It is held first; where it would need more than F_s it slides, with F_k along an s
+// that its acceleration agrees with, v̇ = a s and a > 0. With G the response of its rows and v̇₀ their acceleration without friction that is
+//
+//     (G F_k + a I) s = v̇₀ ,  |s| = 1,
+//
+// which has one a, for G is symmetric and positive; none where F_k could hold it. G takes into account what holds besides.
+//
 // With F_k < F_s that is not all: what slides has F_k, and the rest is judged again. What slid before, or has left its limit of sticking
 // in this moment, goes on to slide as long as w agrees. If no phases agree, no motion is made up: ConstraintError.
 //
@@ -30,7 +37,8 @@ struct Switch {
   double u = 0.0;       // φ̇ or v
   double still = 0.0;   // the size of velocities that count as none
   double lowest = 0.0;  // the height of hops that count as none
-  int slips = 0;        // the direction in which it slips, where it has left its limit of sticking
+  int slips = 0;        // the direction in which it slips, where it has left its limit of sticking; in a plane 1, and
+  Eigen::Vector3d along = Eigen::Vector3d::Zero();  // that direction
 };
 
 // z ← the phases at a state, from those before.
@@ -46,6 +54,13 @@ inline double weighted(const Eigen::MatrixXd& jacobian, Eigen::Index row, const 
   double sum = 0.0;
   for (Eigen::Index j = 0; j < jacobian.cols(); ++j) sum += std::abs(jacobian(row, j)) * weights[j];
   return sum;
+}
+
+// Of several rows the length of their weighted sums.
+inline double weighted(const Eigen::MatrixXd& jacobian, Eigen::Index row, Eigen::Index rows, const Eigen::Ref<const Eigen::VectorXd>& weights) {
+  double square = 0.0;
+  for (Eigen::Index i = row; i < row + rows; ++i) square += weighted(jacobian, i, weights) * weighted(jacobian, i, weights);
+  return rows == 1 ? weighted(jacobian, row, weights) : std::sqrt(square);
 }
 
 // The multiplier that would balance the applied forces along a row.

@@ -18,6 +18,7 @@
 #include "qdot/effects/rows/bounded_minimum.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
 #include "qdot/error.hpp"
+#include "qdot/mechanics/equations/cholesky.hpp"
 
 namespace qdot::detail {
 
@@ -40,12 +41,13 @@ class PhaseChoice {
     BoundedMinimum p;
     p.A = responses.A();
     p.relative = negligible_force;
-    // Each friction may begin to slide, be called back, and begin again.
-    for (std::size_t round = 0; round < 3 * candidates_.size() + 1; ++round) {
+    // Each friction may begin to slide, be called back, and begin again; in a plane directions take some rounds to agree.
+    constexpr std::size_t rounds_of_directions = 60;
+    for (std::size_t round = 0; round < 3 * candidates_.size() + (has_planes_ ? rounds_of_directions : 1); ++round) {
       load(z, responses, p);
       if (!solve(p)) break;
       if (p.contradicting >= 0) refuse(p.contradicting);
-      if (!change_sliding(p)) return finish(z, responses, p);
+      if (!change_sliding(responses, p)) return finish(z, responses, p);
     }
     throw ConstraintError("contacts and friction", t_, 0.0,
                           sentence({"the phases of contacts and friction must fit together, but at t = ", t_,
@@ -61,6 +63,10 @@ class PhaseChoice {
     int direction = 0;       // of sliding, 0 while it may stick
     bool decided = false;    // by the lasting constraints
     bool came_back = false;  // from sliding
+    Eigen::Index axis = 0, axes = 1;  // of friction in a plane, a row of which this is
+    double F_k = 0.0;                 // of friction in a plane
+    bool is_smooth = false;           // whether its onset in a plane begins without an acceleration
+    Eigen::Vector3d s = Eigen::Vector3d::Zero();  // its direction of sliding, in the row of its first axis
   };
   static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
@@ -71,7 +77,12 @@ class PhaseChoice {
       Switch& one = all_[at(k)];
       one.candidate = std::abs(one.u) <= one.still && (one.touches || !one.contact);
       z[part.state] = one.contact ? PhaseNumber::apart : one.u > 0 ? 1.0 : -1.0;
+      if (part.is_plane() && !one.candidate) slide_on(part, one, z);
       if (!one.candidate) continue;
+      if (part.is_plane()) {
+        begin_in_plane(k, part, z);
+        continue;
+      }
       Candidate c{k, part.state, part.row, one.contact, part.is_active(before_)};
       if (!part.is_contact) {
         const double phase = before_[part.state];
@@ -83,16 +94,48 @@ class PhaseChoice {
     }
   }
 
+  // A candidate for each row. Friction that slid and has not stopped goes on in its direction, what has left its limit of sticking in that of its force.
+  void begin_in_plane(Eigen::Index k, const SwitchingPart& part, VectorXd& z) {
+    const Switch& one = all_[at(k)];
+    has_planes_ = true;
+    Candidate c{k, part.state, part.row, false, part.is_active(before_)};
+    c.axes = part.rows;
+    c.F_s = scene_.sticking_limit(k, t_, q_, qdot_);
+    c.F_k = scene_.sliding_limit(k, t_, q_, qdot_);
+    const bool slid = before_[part.state] == 1.0 || before_[part.state] == PhaseNumber::begins;
+    c.direction = one.fired ? one.slips : slid ? 1 : 0;
+    c.is_smooth = !one.fired && before_[part.state] == PhaseNumber::begins;
+    c.s = one.along;
+    if (c.direction != 0 && !one.fired) {
+      const VectorXd u = scene_.velocity(t_, q_, qdot_, scene_.with_all_active(before_));
+      c.s.head(part.rows) = (u.segment(part.row, part.rows) + part.reference(z)).normalized();
+    }
+    z[part.state] = PhaseNumber::undecided;
+    for (; c.axis < c.axes; ++c.axis, ++c.row) candidates_.push_back(c);
+  }
+
   void take_decided(const VectorXd& z, const Responses<>& responses) {
     for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(candidates_.size()); ++i) {
       Candidate& c = candidates_[at(i)];
       c.decided = responses.is_decided(i);
-      if (!c.decided || c.contact) continue;
+      if (c.axes > 1 && c.axis + 1 == c.axes) slide_where_decided(i + 1 - c.axes, z);
+      if (!c.decided || c.contact || c.axes > 1) continue;
       const VectorXd a = scene_.acceleration_without_lines(t_, q_, qdot_, z);
       const double rate = rates(a)[c.row], before = before_[c.zi];
       const int onward = std::abs(before) == 1.0 ? (all_[at(c.effect)].fired ? -1 : 1) * (before > 0 ? 1 : -1) : 1;
       c.direction = std::abs(rate) <= negligible_force * size_of(responses, a, rate, c.row) ? onward : rate > 0 ? 1 : -1;
     }
+  }
+
+  // Friction in a plane, whose first row is i, where the lasting constraints decide all of its rows: it slides to where they take it.
+  void slide_where_decided(Eigen::Index i, const VectorXd& z) {
+    Candidate& first = candidates_[at(i)];
+    for (Eigen::Index k = 0; k < first.axes; ++k)
+      if (!candidates_[at(i + k)].decided) return;
+    const VectorXd rate = rates(scene_.acceleration_without_lines(t_, q_, qdot_, z)).segment(first.row, first.axes);
+    if (rate.norm() > 0) first.s.head(first.axes) = rate.normalized();
+    else if (first.s.norm() == 0.0) first.s[0] = 1.0;
+    for (Eigen::Index k = 0; k < first.axes; ++k) candidates_[at(i + k)].direction = 1;
   }
 
   VectorXd rates(const VectorXd& a) const { return scene_.row_accelerations(t_, q_, qdot_, a, scene_.with_all_active(before_)); }
@@ -104,8 +147,13 @@ class PhaseChoice {
 
   // Accelerations without the forces that are sought, and the bounds of these.
   void load(VectorXd& z, const Responses<>& responses, BoundedMinimum& p) const {
-    for (const Candidate& c : candidates_)
+    for (const Candidate& c : candidates_) {
       if (!c.contact) z[c.zi] = c.direction == 0 ? PhaseNumber::undecided : static_cast<double>(c.direction);
+      if (c.axes == 1 || c.axis > 0) continue;
+      const SwitchingPart& part = scene_.parts()[at(c.effect)];
+      part.inverse_speed(z) = 0.0;
+      part.reference(z) = (all_[at(c.effect)].still > 0 ? beyond_rest * all_[at(c.effect)].still : 1.0) * c.s.head(c.axes);
+    }
     const VectorXd gamma = scene_.gamma(t_, q_, qdot_, scene_.with_none_active(z));
     const VectorXd a = responses.factors().solution(scene_.rhs(t_, q_, qdot_, z), gamma, t_, NamesOfRows{scene_}).qddot;
     const VectorXd rate = rates(a);
@@ -121,15 +169,19 @@ class PhaseChoice {
       p.b[i] = rate[c.row] / responses.length(i);
       p.size[i] = of_row / responses.length(i);
       if (c.contact) p.upper[i] = std::numeric_limits<double>::infinity();
-      else if (c.direction == 0) p.upper[i] = c.F_s * responses.length(i), p.lower[i] = -p.upper[i];
+      else if (c.direction == 0) p.upper[i] = c.axes > 1 ? std::numeric_limits<double>::infinity() : c.F_s * responses.length(i), p.lower[i] = -p.upper[i];
     }
   }
 
   // Whether a friction begins to slide, or is called back.
-  bool change_sliding(const BoundedMinimum& p) {
+  bool change_sliding(const Responses<>& responses, const BoundedMinimum& p) {
     bool changed = false;
     for (Eigen::Index i = 0; i < p.b.size(); ++i) {
       Candidate& c = candidates_[at(i)];
+      if (c.axes > 1) {
+        if (c.axis == 0 && change_in_plane(i, responses, p)) changed = true;
+        continue;
+      }
       if (c.contact || c.decided || std::abs(p.w[i]) <= p.least(i)) continue;
       const int goes = p.w[i] > 0 ? 1 : -1;
       if (c.direction == goes) continue;
@@ -138,6 +190,87 @@ class PhaseChoice {
       else if (!c.came_back) c.direction = 0, c.came_back = true;
     }
     return changed;
+  }
+
+  // Friction in a plane that slides: in the phase that it has, or with the direction of its velocity as r.
+  void slide_on(const SwitchingPart& part, const Switch& one, VectorXd& z) const {
+    const double before = before_[part.state];
+    if (!one.fired && before == PhaseNumber::begins) z[part.state] = before;
+    if (!one.fired && (before == 1.0 || before == PhaseNumber::begins)) return;
+    const VectorXd u = scene_.velocity(t_, q_, qdot_, scene_.with_all_active(before_));
+    part.reference(z) = slowness * one.still * u.segment(part.row, part.rows).normalized();
+    part.inverse_speed(z) = slowness * one.still / part.size_in(u);
+  }
+
+  // Whether friction in a plane, whose first row is i, begins to slide, is called back, or turns to where its acceleration agrees with its direction.
+  bool change_in_plane(Eigen::Index i, const Responses<>& responses, const BoundedMinimum& p) {
+    Candidate& first = candidates_[at(i)];
+    const Eigen::Index m = first.axes;
+    VectorXd lengths(m), force = VectorXd::Zero(m), rate = VectorXd::Zero(m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      lengths[k] = responses.length(i + k);
+      if (lengths[k] == 0.0) continue;  // the lasting constraints decide it
+      force[k] = p.x[i + k] / lengths[k];
+      rate[k] = p.w[i + k] * lengths[k];
+    }
+    const auto slide = [&](int direction, const VectorXd& s) {
+      for (Eigen::Index k = 0; k < m; ++k) candidates_[at(i + k)].direction = direction;
+      first.s.head(m) = s;
+      return true;
+    };
+    if (first.direction == 0) return force.norm() > first.F_s * (1 + 1e-12) && slide(1, -force.normalized());
+    const VectorXd s = first.s.head(m);
+    const Eigen::MatrixXd G = first.F_k * response_in_plane(i, m, lengths, p);
+    const VectorXd braking = G * s, free = rate + braking;
+    first.is_smooth = rate.norm() <= negligible_force * braking.norm();
+    if (first.is_smooth) return false;
+    if (held_by(G, free)) {
+      if (first.came_back) return false;
+      first.came_back = true;
+      return slide(0, VectorXd::Zero(m));
+    }
+    const VectorXd turned = direction_of_onset(G, free);
+    return (turned - s).norm() > 1e-12 && slide(1, turned);
+  }
+
+  // How the rows i, i + 1 … answer to a unit of force along each, while what is between its bounds holds.
+  Eigen::MatrixXd response_in_plane(Eigen::Index i, Eigen::Index m, const VectorXd& lengths, const BoundedMinimum& p) const {
+    std::vector<Eigen::Index> held;
+    for (Eigen::Index k = 0; k < p.b.size(); ++k)
+      if ((k < i || k >= i + m) && !candidates_[at(k)].decided && p.between(k)) held.push_back(k);
+    Eigen::MatrixXd G = p.A.block(i, i, m, m);
+    const auto count = static_cast<Eigen::Index>(held.size());
+    Cholesky<double, Dynamic> factors;
+    if (count > 0 && factors.compute(part_of(p.A, held)) && factors.smallest_pivot() > dependent_pivot)
+      for (Eigen::Index k = 0; k < m; ++k) {
+        VectorXd coupling(count);
+        for (Eigen::Index j = 0; j < count; ++j) coupling[j] = p.A(held[at(j)], i + k);
+        const VectorXd answer = factors.solve(coupling);
+        for (Eigen::Index l = 0; l < m; ++l)
+          for (Eigen::Index j = 0; j < count; ++j) G(l, k) -= p.A(held[at(j)], i + l) * answer[j];
+      }
+    return lengths.asDiagonal() * G * lengths.asDiagonal();
+  }
+
+  // (G + a I)⁻¹ x; empty where that is no solution.
+  static VectorXd damped_solution(const Eigen::MatrixXd& G, double a, const VectorXd& x) {
+    Cholesky<double, Dynamic> factors;
+    if (!factors.compute(G + a * Eigen::MatrixXd::Identity(G.rows(), G.cols()))) return {};
+    return factors.solve(x);
+  }
+  static bool held_by(const Eigen::MatrixXd& G, const VectorXd& x) {
+    const VectorXd s = damped_solution(G, 0.0, x);
+    return s.size() > 0 && s.norm() < 1.0 - 1e-12;
+  }
+  // s of (G + a I) s = x, |s| = 1, a ≥ 0: |s| falls with a, from 1 or more at 0 to at most 1 at |x|.
+  static VectorXd direction_of_onset(const Eigen::MatrixXd& G, const VectorXd& x) {
+    double low = 0.0, high = x.norm();
+    for (int k = 0; k < 200 && high - low > 4 * std::numeric_limits<double>::epsilon() * high; ++k) {
+      const double a = 0.5 * (low + high);
+      const VectorXd s = damped_solution(G, a, x);
+      (s.size() == 0 || s.norm() > 1.0 ? low : high) = a;
+    }
+    return damped_solution(G, high, x).normalized();
   }
 
   // What is pressed is closed, and what could be pressed as another shares its force; what was closed stays so if it need not open.
@@ -166,6 +299,14 @@ class PhaseChoice {
       const bool shares = !shared.set.empty() && shared.set[at(c.effect)] >= 0 && shared.ease[at(c.effect)] > negligible_force;
       if (!c.contact || pressed || shares || (c.was_active && !all_[at(c.effect)].fired)) z[c.zi] = all_held[c.zi];
     }
+    for (const Candidate& c : candidates_)
+      if (c.axes > 1 && c.axis == 0 && c.direction != 0) refer_to_onset(c, z);
+  }
+
+  void refer_to_onset(const Candidate& c, VectorXd& z) const {
+    if (c.is_smooth) z[c.zi] = PhaseNumber::begins;
+    scene_.parts()[at(c.effect)].inverse_speed(z) = 0.0;
+    scene_.parts()[at(c.effect)].reference(z) = (c.is_smooth ? slowness_of_smooth_onset : slowness) * all_[at(c.effect)].still * c.s.head(c.axes);
   }
 
   [[noreturn]] void refuse(Eigen::Index i) const {
@@ -177,9 +318,13 @@ class PhaseChoice {
 
   const SwitchingScene& scene_;
   double t_;
+  static constexpr double slowness = 0.01, slowness_of_smooth_onset = 0.5;  // |w|, of what counts as no velocity
+  static constexpr double beyond_rest = 1e12;  // while phases are chosen: its direction is that of w, whatever is left of v
+
   const VectorXd &q_, &qdot_, &before_;
   std::vector<Switch>& all_;
   std::vector<Candidate> candidates_;
+  bool has_planes_ = false;
 };
 
 template <class>

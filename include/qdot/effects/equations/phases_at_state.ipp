@@ -58,7 +58,7 @@ class FittingPhases {
     for (std::size_t k = 0; k < all.size(); ++k) {
       const SwitchingPart& part = scene_.parts()[k];
       const Switch& one = all[k];
-      const double force = now.lambda[part.row], phase = z[part.state];
+      const double force = part.size_in(now.lambda), phase = z[part.state];
       const auto shares = [&] {  // whether others hold with it, so that its part of a sum decides nothing
         VectorXd other = z;
         other[part.state] = part.is_contact ? PhaseNumber::apart : PhaseNumber::undecided;
@@ -84,7 +84,7 @@ class FittingPhases {
     const VectorXd every = scene_.with_all_active(z), phi = scene_.residual(t, q, every), u = scene_.velocity(t, q, qdot, every);
     for (const SwitchingPart& part : scene_.parts()) {
       if (part.is_contact) z[part.state] = phi[part.row] <= touching(q) ? PhaseNumber::closed : PhaseNumber::apart;
-      else z[part.state] = u[part.row] == 0.0 ? PhaseNumber::sticks : u[part.row] > 0.0 ? 1.0 : -1.0;
+      else z[part.state] = part.size_in(u) == 0.0 ? PhaseNumber::sticks : part.size_in(u) > 0.0 ? 1.0 : -1.0;
     }
     return z;
   }
@@ -95,7 +95,7 @@ class FittingPhases {
     const auto now = rank_and_forces(t, q, qdot, z);
     for (Eigen::Index k = 0; k < scene_.count(); ++k) {
       const SwitchingPart& part = scene_.parts()[static_cast<std::size_t>(k)];
-      const double force = now.lambda[part.row];
+      const double force = part.size_in(now.lambda);
       double& phase = z[part.state];
       if (part.is_contact) {
         const bool closed = phase == PhaseNumber::closed;
@@ -143,13 +143,14 @@ class FittingPhases {
       const double phase = z[part.state];
       const auto limit = [&] { return scene_.sticking_limit(static_cast<Eigen::Index>(k), t, q, qdot); };
       constexpr double blurred = 1e-4;
-      const bool slow = std::abs(u[row]) <= blurred * weighted(J, row, qdot.cwiseAbs());
+      const double speed = part.size_in(u);
+      const bool slow = std::abs(speed) <= blurred * weighted(J, row, part.rows, qdot.cwiseAbs());
       // The force that would keep its constraint, if that is none of others.
       const auto if_active = [&]() -> std::optional<double> {
         VectorXd other = z;
         other[part.state] = every[part.state];
         const auto then = rank_and_forces(t, q, qdot, other);
-        return then.rank > now.rank ? std::optional<double>(then.lambda[row]) : std::nullopt;
+        return then.rank > now.rank ? std::optional<double>(part.size_in(then.lambda)) : std::nullopt;
       };
       if (part.is_contact) {
         if (all[k].candidate || phase == PhaseNumber::closed || !slow || !(phi[row] <= blurred * weighted(J, row, q.cwiseAbs()))) continue;
@@ -158,22 +159,24 @@ class FittingPhases {
       } else if (phase != PhaseNumber::sticks) {
         if (all[k].candidate || !slow) continue;
         if (const auto force = if_active(); force && std::abs(*force) <= limit())
-          refuse(t, {"'", part.name, "' may slide or stick, with a velocity of ", {u[row], 3}});
-      } else if (const double F_s = limit(); F_s > 0 && std::abs(now.lambda[row]) >= (1 - negligible_force) * F_s &&
-                                             slips_there(t, q, qdot, z, part, now.lambda[row], J)) {
+          refuse(t, {"'", part.name, "' may slide or stick, with a velocity of ", {speed, 3}});
+      } else if (const double F_s = limit(); F_s > 0 && std::abs(part.size_in(now.lambda)) >= (1 - negligible_force) * F_s &&
+                                             slips_there(t, q, qdot, z, part, now.lambda, J)) {
         refuse(t, {"'", part.name, "' may hold or begin to slip, at its limit of sticking of ", {F_s, 6}});
       }
     }
   }
 
   // Whether what holds with a force at its limit would go on to slide if it slid.
-  bool slips_there(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const SwitchingPart& part, double force,
+  bool slips_there(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const SwitchingPart& part, const VectorXd& lambda,
                    const Eigen::MatrixXd& J) const {
     VectorXd other = z;
-    other[part.state] = force > 0 ? -1.0 : 1.0;
+    const VectorXd along = -lambda.segment(part.row, part.rows).normalized();
+    other[part.state] = part.is_plane() ? 1.0 : along[0];
+    if (part.is_plane()) part.reference(other) = along;
     const VectorXd a = scene_.acceleration_without_lines(t, q, qdot, other);
-    const double rate = scene_.row_accelerations(t, q, qdot, a, scene_.with_all_active(z))[part.row];
-    return other[part.state] * rate > 1e3 * negligible_force * weighted(J, part.row, a.cwiseAbs());
+    const VectorXd rates = scene_.row_accelerations(t, q, qdot, a, scene_.with_all_active(z));
+    return along.dot(rates.segment(part.row, part.rows)) > 1e3 * negligible_force * weighted(J, part.row, part.rows, a.cwiseAbs());
   }
 
   [[noreturn, gnu::cold]] static void refuse(double t, std::initializer_list<Phrase> what) {

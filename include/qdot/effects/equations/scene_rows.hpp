@@ -25,18 +25,28 @@ namespace qdot::detail {
 /// The phases as numbers in z: a contact is apart or closed, a friction slides with the sign of its velocity or sticks; what is undecided is not active.
 struct PhaseNumber {
   static constexpr double apart = static_cast<double>(ContactPhase::apart), closed = static_cast<double>(ContactPhase::closed);
-  static constexpr double sticks = static_cast<double>(FrictionPhase::sticks), undecided = static_cast<double>(FrictionPhase::undecided);
+  static constexpr double sticks = static_cast<double>(FrictionPhase::sticks), undecided = static_cast<double>(FrictionPhase::undecided),
+                          begins = static_cast<double>(FrictionPhase::begins);
 };
 
 /// A contact or a dry friction.
 struct SwitchingPart {
   bool is_contact = false, ends_run = false;
-  Eigen::Index state = 0, row = 0;  // its places in z and among the rows of all constraints
+  Eigen::Index state = 0, row = 0;  // its first places in z and among the rows of all constraints
+  Eigen::Index rows = 1;            // several of friction in a plane
   std::string name{}, hits{}, opens{}, rests{};
   ImpactLaw law{};
 
   double active() const { return is_contact ? PhaseNumber::closed : PhaseNumber::sticks; }
   bool is_active(const Eigen::VectorXd& z) const { return z[state] == active(); }
+  bool has(Eigen::Index other_row) const { return other_row >= row && other_row < row + rows; }
+  /// |its part of a column of rows|, with its sign where it is one.
+  double size_in(const Eigen::Ref<const Eigen::VectorXd>& column) const { return rows == 1 ? column[row] : column.segment(row, rows).norm(); }
+
+  // Of friction in a plane (plane_friction.hpp): the velocity that gives its reference direction, and what stands for its speed.
+  bool is_plane() const { return rows > 1; }
+  double& inverse_speed(Eigen::VectorXd& z) const { return z[state + 1 + rows]; }
+  auto reference(Eigen::VectorXd& z) const { return z.segment(state + 1, rows); }
 };
 
 class SceneRows;
@@ -79,12 +89,13 @@ class SceneRows {
   std::vector<Eigen::Index> active_rows(const VectorXd& z) const {
     std::vector<Eigen::Index> rows;
     for (const SwitchingPart& part : parts())
-      if (part.is_active(z)) rows.push_back(part.row);
+      for (Eigen::Index i = 0; part.is_active(z) && i < part.rows; ++i) rows.push_back(part.row + i);
     return rows;
   }
   bool is_free(const VectorXd& z) const { return !has_lasting_constraints_ && active_rows(z).empty(); }
 
   virtual double sticking_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const = 0;
+  virtual double sliding_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const = 0;  // of friction in a plane
   // Numbers one after the other, matrices column by column.
   virtual void write_mass_matrix(double t, const double* q, const double* qdot, double* M) const = 0;
   virtual void write_jacobian(double t, const double* q, const double* qdot, const double* z, double* J) const = 0;

@@ -39,7 +39,9 @@ void for_each_switching(const Sc& scene, Visit&& visitor) {
 template <class Sc, class Z>
 Eigen::Index asked(const Sc& scene, const Z& z) {
   Eigen::Index count = Sc::constraints_at_compile_time;
-  for_each_switching(scene, [&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index) { count -= e.is_active(z[zi]) ? 0 : 1; });
+  for_each_switching(scene, [&](Eigen::Index, const auto& e, Eigen::Index zi, Eigen::Index) {
+    count -= e.is_active(z[zi]) ? 0 : constraint_rows_of<std::remove_cvref_t<decltype(e)>, Sc::dof_at_compile_time>();
+  });
   return count;
 }
 
@@ -69,15 +71,17 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
   Eigen::Index states() const override { return Sc::states_at_compile_time; }
   Eigen::VectorXd initial_states() const override { return scene_.initial_states(); }
 
-  double sticking_limit([[maybe_unused]] Eigen::Index part, [[maybe_unused]] double t, [[maybe_unused]] const Column& q,
-                        [[maybe_unused]] const Column& qdot) const override {
-    double limit = 0.0;
-    if constexpr (Sc::has_phases)
-      for_each_switching(scene_, [&]([[maybe_unused]] Eigen::Index k, [[maybe_unused]] const auto& e, Eigen::Index, Eigen::Index) {
-        if constexpr (!is_contact<decltype(e)>)
-          if (k == part) limit = e.sticking_limit(at<Q>(q), at<Q>(qdot), t);
-      });
-    return limit;
+  double sticking_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const override {
+    return limit(part, [&](const auto& e) {
+      if constexpr (requires { e.sticking_limit(at<Q>(q), at<Q>(qdot), t); }) return e.sticking_limit(at<Q>(q), at<Q>(qdot), t);
+      else return 0.0;
+    });
+  }
+  double sliding_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const override {
+    return limit(part, [&](const auto& e) {
+      if constexpr (requires { e.sliding_limit(at<Q>(q), at<Q>(qdot), t); }) return e.sliding_limit(at<Q>(q), at<Q>(qdot), t);
+      else return 0.0;
+    });
   }
   void write_mass_matrix(double t, const double* q, const double* qdot, double* M) const override {
     const Matrix<double, n> found = qdot::mass_matrix(scene_.system(), vector_at<n>(q, scene_.dof()), vector_at<n>(qdot, scene_.dof()), t);
@@ -177,12 +181,24 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
     }
   }
 
+  // value(effect) of a contact or friction.
+  template <class Value>
+  double limit([[maybe_unused]] Eigen::Index part, [[maybe_unused]] const Value& value) const {
+    double found = 0.0;
+    if constexpr (Sc::has_phases)
+      for_each_switching(scene_, [&](Eigen::Index k, const auto& e, Eigen::Index, Eigen::Index) {
+        if (k == part) found = value(e);
+      });
+    return found;
+  }
+
   void describe([[maybe_unused]] std::size_t place, [[maybe_unused]] SwitchingPart& part) const override {
     if constexpr (Sc::has_phases)
       for_each_switching(scene_, [&](Eigen::Index k, const auto& e, Eigen::Index zi, Eigen::Index row) {
         if (static_cast<std::size_t>(k) != place) return;
         part.state = zi;
         part.row = row;
+        part.rows = constraint_rows_of<std::remove_cvref_t<decltype(e)>, n>();
         part.name = e.name;
         if constexpr (is_contact<decltype(e)>) {
           part.is_contact = true;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,6 +16,7 @@
 #include "qdot/effects/equations/scene_rows.hpp"
 #include "qdot/effects/rows/bounded_minimum.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
+#include "qdot/error.hpp"
 #include "qdot/mechanics/equations/cholesky.hpp"
 
 namespace qdot::detail {
@@ -101,15 +103,18 @@ class ActiveRows {
     for (Eigen::Index k = 0; k < scene.count(); ++k) {
       const SwitchingPart& part = scene.parts()[at(k)];
       for (Eigen::Index i = 0; i < size; ++i) {
-        if (row_of(i) != part.row) continue;
+        if (!part.has(row_of(i))) continue;
         const double length = responses_.length(places_[at(i)]);
         effect_.push_back(k);
-        x_[i] = lambda[part.row] * length;
+        x_[i] = lambda[row_of(i)] * length;
         upper_[i] = part.is_contact ? std::numeric_limits<double>::infinity() : scene.sticking_limit(k, t, q, qdot) * length;
         lower_[i] = part.is_contact ? 0.0 : -upper_[i];
       }
     }
     N_ = null_space(part_of(responses_.A(), places_));
+    for (Eigen::Index i = 0; i < size; ++i)
+      if (const SwitchingPart& part = scene.parts()[at(effect_[at(i)])]; part.is_plane() && N_.cols() > 0 && N_.row(i).norm() > apart)
+        refuse_plane(t, part.name);
   }
 
   // lambda ← the shortest within the bounds, where there is one; what is left of the lasting constraints' follows from the others.
@@ -127,7 +132,6 @@ class ActiveRows {
   }
 
   SharedForces shared(Eigen::Index effects) const {
-    constexpr double apart = 1e-9;
     const auto size = static_cast<Eigen::Index>(places_.size());
     SharedForces result{std::vector<int>(at(effects), -1), std::vector<int>(at(effects), 0), std::vector<double>(at(effects), 0.0),
                         std::vector<double>(at(effects), 0.0)};
@@ -151,6 +155,15 @@ class ActiveRows {
  private:
   static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
   Eigen::Index row_of(Eigen::Index i) const { return responses_.rows()[at(places_[at(i)])]; }
+
+  static constexpr double apart = 1e-9;
+
+  [[noreturn, gnu::cold]] static void refuse_plane(double t, const std::string& name) {
+    throw ConstraintError(name, t, 0.0,
+                          sentence({"what sticks in a plane must not share its force, but at t = ", t, " other constraints hold '", name,
+                                    "' as well, or its velocity has fewer directions than components; give it a velocity of fewer components, or leave one "
+                                    "of the frictions out"}));
+  }
 
   void judge(const std::vector<Eigen::Index>& members, SharedForces& result) const {
     const auto size = static_cast<Eigen::Index>(members.size());

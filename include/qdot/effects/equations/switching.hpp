@@ -7,7 +7,7 @@
 // ≥ 0 as long as its phase lasts:
 //
 //     contact apart    φ            closed    λ
-//     friction slides  s v          sticks    F_s² − λ²
+//     friction slides  s v          sticks    F_s² − |λ|²     in a plane plane_friction.hpp has that of sliding
 //
 // When one falls through zero (the driver finds the moment) new phases are chosen in three steps.
 //
@@ -51,8 +51,11 @@ void write_guards(const Sc& scene, double t, const Vector<double, Sc::dof_at_com
     } else if constexpr (UnilateralEffect<std::remove_cvref_t<decltype(e)>, Sc::dof_at_compile_time>) {
       out[k] = e.is_active(z[zi]) ? lambda[row] : e.phi(q, t);
     } else if (e.is_active(z[zi])) {
+      constexpr int rows = constraint_rows_of<std::remove_cvref_t<decltype(e)>, Sc::dof_at_compile_time>();
       const double F_s = e.sticking_limit(q, qdot, t);
-      out[k] = F_s * F_s - lambda[row] * lambda[row];
+      out[k] = F_s * F_s - lambda.template segment<rows>(row).squaredNorm();
+    } else if constexpr (states_of<std::remove_cvref_t<decltype(e)>>() > 1) {
+      out[k] = e.guard(q, qdot, t, z.data() + zi);
     } else {
       out[k] = z[zi] * e.velocity_constraint(q, qdot, t);
     }

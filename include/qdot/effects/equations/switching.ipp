@@ -39,7 +39,7 @@ class Switching {
         out[k] = part.is_active(z) ? force_scale(J, f, part.row) * negligible_force : weighted(J, part.row, tolerance.head(q.size()));
       } else {
         const double F_s = scene_.sticking_limit(k, t, q, qdot);
-        out[k] = part.is_active(z) ? negligible_force * F_s * F_s : weighted(J, part.row, tolerance.segment(q.size(), q.size()));
+        out[k] = part.is_active(z) ? negligible_force * F_s * F_s : weighted(J, part.row, part.rows, tolerance.segment(q.size(), q.size()));
       }
     }
   }
@@ -71,14 +71,18 @@ class Switching {
     come_to_rest(t, q, qdot, z, all);
     choose_phases(scene_, t, q, qdot, before, all, z);
     each_left_out([&](std::size_t, Eigen::Index zi) { z[zi] = before[zi]; });
-    if (!scene_.is_free(z)) scene_.project(t, q, qdot, z);
+    VectorXd held = z;  // sliding in a plane begins from rest
+    for (std::size_t k = 0; k < all.size(); ++k)
+      if (const SwitchingPart& part = scene_.parts()[k]; part.is_plane() && all[k].candidate && before[part.state] != PhaseNumber::begins)
+        held[part.state] = PhaseNumber::sticks;
+    if (!scene_.is_free(held)) scene_.project(t, q, qdot, held);
     for (const SwitchingPart& part : scene_.parts()) {
       const double was = before[part.state], is = z[part.state];
       if (was == PhaseNumber::undecided || was == is) continue;
       if (part.is_contact) {
         if (was == PhaseNumber::closed) names.push_back(part.opens);
         if (is == PhaseNumber::closed) names.push_back(part.rests);
-      } else {
+      } else if (!part.is_plane() || is == PhaseNumber::sticks || was == PhaseNumber::sticks) {
         names.push_back(part.name + (is == PhaseNumber::sticks ? " sticks" : was == PhaseNumber::sticks ? " slips" : " turns"));
       }
     }
@@ -96,9 +100,9 @@ class Switching {
       const Eigen::Index row = part.row;
       Switch& one = all[k];
       one.contact = part.is_contact;
-      one.u = u[row];
-      one.still = 10 * weighted(J, row, tolerance.segment(q.size(), q.size()));
-      const double resolved = weighted(J, row, tolerance.head(q.size()));
+      one.u = part.size_in(u);
+      one.still = 10 * weighted(J, row, part.rows, tolerance.segment(q.size(), q.size()));
+      const double resolved = weighted(J, row, part.rows, tolerance.head(q.size()));
       one.lowest = 100 * resolved;
       if (!one.contact) {
         if (one.fired && !part.is_active(z) && stops_here(t, q, qdot, z, part, one)) one.still = std::max(one.still, std::abs(one.u));
@@ -175,15 +179,17 @@ class Switching {
       if (!part.is_active(z)) continue;
       const bool shares = !shared.set.empty() && shared.set[k] >= 0;
       if (shares) all[k].fired = sets[static_cast<std::size_t>(shared.set[k])];
-      if (all[k].fired && !part.is_contact) all[k].slips = shares ? -shared.stops[k] : lambda[part.row] > 0 ? -1 : 1;
+      if (!all[k].fired || part.is_contact) continue;
+      all[k].slips = part.is_plane() ? 1 : shares ? -shared.stops[k] : lambda[part.row] > 0 ? -1 : 1;
+      if (part.is_plane()) all[k].along.head(part.rows) = -lambda.segment(part.row, part.rows).normalized();
     }
   }
 
   // Whether what slid has come to v = 0: not yet past it, or by no more than integration and projection can tell. A v that jumps has not.
   bool stops_here(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const SwitchingPart& part, const Switch& one) const {
-    if (std::abs(one.u) <= one.still || one.u * z[part.state] > 0) return true;
+    if (std::abs(one.u) <= one.still || (!part.is_plane() && one.u * z[part.state] > 0)) return true;
     const VectorXd a = scene_.acceleration(t, q, qdot, z);
-    return one.u * one.u < 2 * std::abs(scene_.row_accelerations(t, q, qdot, a, everything(z))[part.row]) * one.lowest;
+    return one.u * one.u < 2 * std::abs(part.size_in(VectorXd(scene_.row_accelerations(t, q, qdot, a, everything(z))))) * one.lowest;
   }
 
   // The blows on all contacts that approach.

@@ -39,7 +39,7 @@ consteval bool effect_is_recordable() {
   if constexpr (SwitchingEffect<E, n> && !in_a_phase) {
     return false;
   } else if constexpr (FrictionEffect<E, n>) {
-    return requires(const E& e, const V& q, const Vector<S, 1>& z, const S& t) {
+    return requires(const E& e, const V& q, const Vector<S, states_of<E>()>& z, const S& t) {
       e.velocity_constraint(q, q, t);
       { e.force(q, q, z, t) } -> Records;
     };

@@ -180,6 +180,8 @@ inline void Core::choose_corrector(NewtonMaker newton_of) {
       require(CVodeSetLinearSolver(memory.get(), linear_solver.get(), matrix.get()), "CVodeSetLinearSolver");
       require(CVodeSetJacFn(memory.get(), &GuardedSystem::jacobian), "CVodeSetJacFn");
     }
+    if (guard.system().jacobian_changes_fast())
+      for (const auto set_frequency : {CVodeSetJacEvalFrequency, CVodeSetLSetupFrequency}) require(set_frequency(memory.get(), 1), "CVodeSetJacEvalFrequency");
   } else {
     nonlinear_solver = owned<NonlinearSolverHandle>(SUNNonlinSol_FixedPoint(y_vector.get(), 0, context.get()), "fixed-point solver");
     require(CVodeSetNonlinearSolver(memory.get(), nonlinear_solver.get()), "CVodeSetNonlinearSolver");

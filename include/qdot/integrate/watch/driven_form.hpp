@@ -51,6 +51,7 @@ struct DrivenForm {
 struct MethodForm : DrivenForm {
   virtual void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const = 0;
   virtual void renew() = 0;  // makes anew what is kept of the functors
+  virtual bool jacobian_changes_fast() const { return false; }  // so that none may be kept from one step to the next
 
   // Where the number of coordinates is known at run time only: the equations as formulas, which few coordinates meet in. Other systems have none,
   // and are not asked further.

@@ -109,6 +109,10 @@ class MethodFormOf : public DrivenFormOf<Face, Form> {
 
   void jacobian(double t, const Eigen::Ref<const Eigen::VectorXd>& y, Eigen::Ref<Eigen::MatrixXd> J) const override { form_.jacobian(t, y, J); }
   void renew() override { detail::renew(form_); }
+  bool jacobian_changes_fast() const override {
+    if constexpr (requires { form_.driven().jacobian_changes_fast(); }) return form_.driven().jacobian_changes_fast();
+    else return requires { requires Form::jacobian_changes_fast; };
+  }
 
  protected:
   using DrivenFormOf<Face, Form>::form_;

@@ -1,0 +1,133 @@
+#pragma once
+// SPDX-License-Identifier: MIT
+//
+// Dry friction in a plane: one bound for all directions, Coulomb's circle.
+//
+//     slides     Q = −F_k (∂v/∂q̇)ᵀ s ,  s = v/|v|      v(q, q̇, t) the sliding velocity, two or three numbers
+//     sticks     v = 0, as many constraints            |λ| ≤ F_s
+//
+// Two frictions along x and y are another law: they fill a square, and a puck that slides between the axes leaves its straight line.
+//
+// s has no value at v = 0, where sliding begins and ends. So z has a reference direction r, as a velocity w = δ r too slow for the method to resolve, and k:
+//
+//     u = v + w ,   s = ± u/|u| ,   with the sign of u·r + k|u|² ,        guard  u·r − k|u|²/10
+//
+// At an onset s is r, which phase_choice.hpp finds: the acceleration must point along it. Beyond a stop u changes sign and s does not, so that a step
+// across the stop sees a smooth force, and the guard falls through zero. It also does where v has turned by some 85°; then r follows v, and k is 1/|v|.
+//
+// Where F_s = F_k and the force grows, sliding begins without an acceleration: v grows as τ². As long as it is slow, s turns at the rate F_k/(m|v|), and an
+// explicit method knows v to its tolerance only. This is a phase of its own, which ends at a speed of 10⁴ δ: there s = u/|u|, and no stop is looked for.
+
+#include <Eigen/Core>
+#include <cmath>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "qdot/effects/equations/friction_phase.hpp"
+
+namespace qdot {
+
+/// Dry friction against a velocity of m = 2 or 3 components, linear in q̇. Made by scene() of dry_friction().
+///
+/// Its own states z: the phase, w, and kδ.
+template <class Velocity, class Sliding, class Sticking, int m>
+struct PlaneFriction {
+  static_assert(m == 2 || m == 3, "qdot: the sliding velocity of dry friction has one, two or three components");
+
+  std::string name;  ///< for messages
+  Velocity v;        ///< the velocity that it acts against
+  Sliding F_k;       ///< force while it slides, a number or of the state
+  Sticking F_s;      ///< largest force while it sticks, the same
+
+  template <int n>
+  static constexpr bool takes_time = detail::functor_takes_time<n, Velocity, 2>() || detail::functor_takes_time<n, Sliding, 2>() ||
+                                     detail::functor_takes_time<n, Sticking, 2>();
+
+  /// The sliding velocity, m.
+  template <class S, int n>
+  Vector<S, m> velocity_constraint(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    return detail::of_state(v, q, qdot, t);
+  }
+
+  template <class S, int n>
+    requires detail::may_take<Sliding, S>
+  Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, 2 + m>& z, const S& t) const {
+    const double phase = static_cast<double>(innermost_value(z[0]));
+    const bool begins = phase == static_cast<double>(FrictionPhase::begins);
+    if (phase != static_cast<double>(FrictionPhase::forward) && !begins) return detail::zeros<Vector<S, n>>(q.size());
+    using std::sqrt;
+    Vector<S, m> s = velocity_constraint<S, n>(q, qdot, t);
+    S square(0.0), along(0.0);
+    for (int i = 0; i < m; ++i) {
+      s[i] = s[i] + z[1 + i];
+      square = square + s[i] * s[i];
+      along = along + s[i] * z[1 + i];
+    }
+    const S F_of_sliding = detail::friction_bound<S>(F_k, q, qdot, t);
+    const S side = along + z[1 + m] * square;
+    const S F = begins ? -F_of_sliding / sqrt(square) : -F_of_sliding * side / sqrt(square * (side * side));  // no comparison for the sign
+    return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& u) {
+      using D = typename std::remove_cvref_t<decltype(u)>::Scalar;
+      const Vector<D, m> sliding = velocity_constraint<D, n>(detail::converted<D>(q), u, D(t));
+      D forward(0.0);
+      for (int i = 0; i < m; ++i) forward = forward + D(s[i]) * sliding[i];
+      return forward;
+    }), qdot) * F;
+  }
+
+  /// What stays ≥ 0 while it slides with these states z.
+  template <int n>
+  double guard(const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const double* z) const {
+    constexpr double fastest = 1e4, narrow = 0.1;  // of what begins, in units of w; of the cone about r, at the speed 1/k
+    const Vector<double, m> w = Eigen::Map<const Vector<double, m>>(z + 1), v_now = velocity_constraint<double, n>(q, qdot, t), u = v_now + w;
+    if (z[0] == static_cast<double>(FrictionPhase::begins)) return fastest * w.norm() - v_now.norm();
+    return (u.dot(w) - narrow * z[1 + m] * u.squaredNorm()) / w.norm();
+  }
+
+  bool is_active(double phase) const { return phase == static_cast<double>(FrictionPhase::sticks); }
+  Vector<double, 2 + m> initial_state() const {
+    Vector<double, 2 + m> z = detail::zeros<Vector<double, 2 + m>>(2 + m);
+    z[0] = static_cast<double>(FrictionPhase::undecided);
+    return z;
+  }
+
+  /// The largest force of sticking, F_s.
+  template <int n>
+  double sticking_limit(const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
+    return detail::friction_bound<double>(F_s, q, qdot, t);
+  }
+  /// The force of sliding, F_k.
+  template <int n>
+  double sliding_limit(const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
+    return detail::friction_bound<double>(F_k, q, qdot, t);
+  }
+};
+
+namespace detail {
+
+// A sliding velocity whose components are stretched, so that an ellipse of bounds becomes a circle.
+template <class Velocity, int m>
+struct StretchedVelocity {
+  Velocity v;
+  Vector<double, m> stretch;
+
+  template <int n>
+  static constexpr bool takes_time = functor_takes_time<n, Velocity, 2>();
+  template <class S, int n>
+  Vector<S, m> operator()(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
+    Vector<S, m> u = of_state(v, q, qdot, t);
+    for (int i = 0; i < m; ++i) u[i] = stretch[i] * u[i];
+    return u;
+  }
+};
+
+// How many components a sliding velocity has; 0 where it is one number, or no column.
+template <class V>
+constexpr int components_of() {
+  if constexpr (requires { requires V::ColsAtCompileTime == 1; }) return V::RowsAtCompileTime;
+  else return 0;
+}
+
+}  // namespace detail
+}  // namespace qdot
