@@ -3,35 +3,18 @@
 //
 // Dual numbers: exact derivatives from ordinary code.
 //
-// A dual number is a value with N infinitesimal companions,
+//     x = a + b₁ε₁ + … + b_N ε_N ,   ε_i ε_j = 0 :        f(a + Σ b_i ε_i) = f(a) + f′(a) Σ b_i ε_i        (Taylor's series)
+//     x y = a c + (a d + c b) ε ,    x / y = a/c + (b − (a/c) d)/c ε ,    sin x = sin a + (cos a) b ε      (y = c + d ε)
 //
-//     x = a + b₁ε₁ + … + b_N ε_N ,        ε_i ε_j = 0 .
+// So a program that is fed x_i = a_i + ε_i returns f in the value and ∂f/∂a_i, exact to rounding, in the tangent. This
+// is forward-mode differentiation. The scalar inside may be any that computes; in a dual of duals the inner one
+// differentiates the outer tangent, which makes second derivatives. The ε of an inner derivative must never meet the ε
+// of an outer one as if they were the same (*perturbation confusion*). So an inner derivative is taken over the outer
+// scalar, Dual<Dual<double>>. gradient(), jacobian() … mark their duals with a Tag of their own, so that two unrelated
+// perturbations do not compile when mixed by mistake.
 //
-// The rule ε_i ε_j = 0 is all there is to forward-mode differentiation. Put x into Taylor's
-// series of a function f and every term beyond the first drops out:
-//
-//     f(a + Σ b_i ε_i) = f(a) + f′(a) Σ b_i ε_i .
-//
-// So a program that is fed x_i = a_i + ε_i returns f in the value and ∂f/∂a_i, exact to
-// rounding, in the tangent:
-//
-//     value    tangent                       x · y  = a c + (a d + c b) ε
-//     ┌─────┐  ┌────┬────┬────┐              x / y  = a/c + (b − (a/c) d)/c ε
-//     │  a  │  │ b₁ │ …  │ b_N│              sin x  = sin a + (cos a) b ε
-//     └─────┘  └────┴────┴────┘
-//
-// The scalar inside may be anything that computes: double, float, long double, an extended
-// type, or another dual. A dual of duals carries second derivatives: its outer tangent is
-// differentiated by the inner one.
-//
-// Nesting has one trap, *perturbation confusion*: the ε of an inner derivative must never meet
-// the ε of an outer one as if they were the same. Two things prevent it. An inner derivative is taken over the outer scalar, so
-// that the types differ (Dual<Dual<double>>, not Dual<double>). gradient(), jacobian() … mark their duals with a Tag of their
-// own, so that two unrelated perturbations do not compile when mixed by mistake.
-//
-// Everything is a value. There are no expression templates, hence no dangling temporaries, and
-// `auto` is always safe. Comparisons look at values only: the branch that a program takes is the
-// branch that it takes for plain numbers.
+// Everything is a value: without expression templates there are no dangling temporaries, and `auto` is always safe.
+// Comparisons look at values only, so a program takes the branch that it takes for plain numbers.
 
 #include <array>
 #include <cstddef>

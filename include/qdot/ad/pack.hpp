@@ -3,23 +3,18 @@
 //
 // Packs: several numbers that go through the same program at once.
 //
-// A processor adds, multiplies and divides two, four or eight doubles by one instruction. A Pack<8> is a scalar to a functor,
-// like a double or a dual, and holds the numbers of eight members of an ensemble, its *lanes*:
-//
 //     ┌────┬────┬────┬────┬────┬────┬────┬────┐
-//     │ q₀ │ q₁ │ q₂ │ q₃ │ q₄ │ q₅ │ q₆ │ q₇ │    x + y, x * y, sin(x), … : in every lane
+//     │ q₀ │ q₁ │ q₂ │ q₃ │ q₄ │ q₅ │ q₆ │ q₇ │    x + y, x * y, sin(x), … : in every *lane*
 //     └────┴────┴────┴────┴────┴────┴────┴────┘
+// A processor computes with two, four or eight doubles by one instruction. A Pack<8> is a scalar to a functor, like a
+// double or a dual, and holds the numbers of eight members of an ensemble. A pack wider than a register is two packs of
+// half its width, so the same program runs wherever it is compiled. Without -march=native or -mavx2 -mfma, x86-64 has
+// two lanes to a register.
 //
-// A pack that fits a register is one; a pack wider than a register is two packs of half its width. So the same program runs
-// wherever it is compiled. The width of registers depends on the compiler's options (-march=native, -mavx2 -mfma); without them
-// x86-64 has two lanes to a register.
-//
-// Lanes cannot part ways: all of them take the same branch. A comparison of packs is therefore no bool but a PackMask, a truth
-// per lane, and `if` refuses it in English. Where plain code branches, select(x < y, a, b) chooses lane by lane. It does the same
-// for plain numbers, so that a functor with select runs on packs and on everything else.
-//
-// Functions of events in lanes (integrate/lanes/lane_events.hpp) are given a kind that may be asked in `if`, as long as all lanes answer alike. Where they
-// do not, LanesPart is thrown, and each lane is asked by itself.
+// All lanes take the same branch. So a comparison of packs is no bool but a PackMask, a truth per lane, and `if`
+// refuses it in English. Where plain code branches, select(x < y, a, b) chooses lane by lane, and does the same for
+// plain numbers. Functions of events in lanes (integrate/lanes/lane_events.hpp) are given a kind that `if` takes while
+// all lanes answer alike. Otherwise LanesPart is thrown, and each lane is asked by itself.
 
 #include <concepts>
 #include <limits>

@@ -6,16 +6,15 @@
 //
 //     S[q] = ∫ L(q(t), q̇(t), t) dt        from t_a to t_b
 //
-// is a number for any path q(t), whether something moves along it or not. Hamilton's principle: motions are the paths with the same ends beside
-// which S does not change to first order. For paths that are little apart, q + ε η with η = 0 at both ends,
+// is a number for any path q(t), whether it is a motion or not. Hamilton's principle: of all paths with the same ends,
+// motions are those at which S does not change to first order. For a small change ε η of the path, with η = 0 at both ends,
 //
-//     S[q + ε η] = S[q] + ½ ε² δ²S + … ,        if q is a motion.
+//     S[q + ε η] = S[q] + ½ ε² δ²S + …        if q is a motion.
 //
+// The path is called with t + ε, and the factor of ε in the result is its velocity: q̇(t) need not be given.
 //     const auto straight = [](const auto& t) { return vector(4.0 * t + 7.0, 3.0 * t + 5.0, 2.0 * t + 1.0); };
-//     action(free_particle, straight, 0.0, 10.0).S                                 435, for m = 3
-//
-// q̇(t) is not asked for: the path is called with t + ε, and ε's factor is its velocity. (The example is that of G. J. Sussman, J. Wisdom, Structure and
-// Interpretation of Classical Mechanics, section 1.4.)
+//     action(free_particle, straight, 0.0, 10.0).S         435 for m = 3 (Sussman, Wisdom, Structure and Interpretation of
+//                                                          Classical Mechanics, section 1.4)
 
 #include <cmath>
 #include <functional>

@@ -6,18 +6,14 @@
 //
 //     F = ∫ g(q, q̇, p, t) dt + h(q(T), q̇(T), p, T)
 //
-//     const auto energy = [](const auto& q, const auto& qdot) { return 0.5 * qdot[0] * qdot[0]; };
 //     const auto found = adjoint_sensitivities(family, p, t_end, integral(energy), Dop853{});
 //     found.value, found.by_parameters, found.by_start, found.by_end
 //
-// Sensitivities (sensitivity.hpp) carry a column for each parameter through the run. For one number, its slope in all of them costs one run forwards and
-// one backwards. λ = ∂F/∂y(t) goes from the end to the start (variations/adjoint_equations.hpp), and the slopes by parameters are integrated on the way.
-// The run is kept as polynomials of t, so nothing has to be stored, repeated or interpolated by the caller.
-//
-// Events, impacts, contacts and friction are gone through backwards by the transposes of what they do to small differences; where an event
-// stops the run, T moves with it. On constraints λ belongs to tangent vectors, and the start is understood as put onto them first.
-//
-// Which to take: for up to some four parameters, or for all of y(T), or for many times, sensitivities; for one number and more parameters this.
+// One run forwards and one backwards give all slopes of F, however many parameters there are: λ = ∂F/∂y(t) goes from
+// the end to the start (variations/adjoint_equations.hpp). Sensitivities (sensitivity.hpp) carry a column for each
+// parameter. Take those for up to some four parameters, for all of y(T), or for many times. Events, impacts, contacts
+// and friction are passed backwards by the transposes of what they do to small deviations; where an event stops the
+// run, T moves with it. On constraints λ belongs to tangent vectors, and the start is put onto them first.
 
 #include <Eigen/Core>
 #include <cmath>

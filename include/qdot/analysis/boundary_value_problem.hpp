@@ -4,27 +4,16 @@
 // The motion from one place to another in a given time
 // ====================================================
 //
-// Hamilton's principle asks for a path between two ends,
-//
-//     q(t_a) = q_a ,   q(t_b) = q_b ,      δ ∫ L dt = 0 ,
-//
-// and Lagrange's equations for a start, q and q̇. From the one to the other leads a boundary value problem: which q̇_a arrives?
+//     q(t_a) = q_a ,   q(t_b) = q_b ,      δ ∫ L dt = 0        which q̇_a arrives?
 //
 //     const auto throw_ = boundary_value_problem(ball, Vector<double, 2>(0, 0), 0.0, Vector<double, 2>(10, 2), 1.5);
-//     throw_.start.qdot                the velocity at the start
-//     throw_.S                         the action
-//     throw_.conjugate_points          where neighbours of it that leave q_a meet again
+//     throw_.start.qdot, throw_.S, throw_.conjugate_points
 //
-// There may be several motions between the same ends, or none. Newton's method (analysis/paths/search.hpp) finds one near a guess, a path t ↦ q
-// that is asked for q and q̇; the straight line, if none is given.
-//
-// Is S the least of all paths near by? Only as far as the first point conjugate to t_a (Jacobi). Beyond, each conjugate point adds its multiplicity
-// to Morse's index, the number of independent directions of change in which S is largest instead (analysis/paths/conjugate_points.hpp). At a
-// conjugate point itself Newton's equations are singular: either neighbouring motions with other velocities arrive as well, or none does.
-// The outcome is then conjugate_ends.
-//
-// Only systems, and scenes whose forces all come from T and V, are taken. Constraints and other forces are refused: their effect is not in L, and
-// on constraints not every q has neighbours on all sides.
+// There may be several such motions, or none. Newton's method with multiple shooting (analysis/paths/search.hpp) finds
+// one near a guess, a path t ↦ q; the straight line, if none is given. S is least of all paths near by only up to the
+// first point conjugate to t_a (Jacobi). Each one after that adds its multiplicity to Morse's index, the number of
+// independent changes of the path that lower S (analysis/paths/conjugate_points.hpp). Conjugate ends make Newton's
+// equations singular. The outcome then is conjugate_ends. Constraints and forces that are not in L are refused.
 
 #include <cmath>
 #include <cstddef>

@@ -4,27 +4,16 @@
 // What is conserved
 // =================
 //
-// Lagrange's equations say when a momentum stays, and the energy:
-//
-//     d/dt ∂L/∂q̇_k = ∂L/∂q_k + Q_k + (Jᵀλ)_k          p_k is conserved where q_k is cyclic: it does not occur in L,
-//                                                        and no effect pushes along it;
-//     d/dt h = −∂L/∂t + q̇·Q − λ·∂φ/∂t                   h = q̇·p − L is conserved where t does not occur in L, no force does
-//                                                        work, and no constraint is moved by something outside.
-//
+//     d/dt ∂L/∂q̇_k = ∂L/∂q_k + Q_k + (Jᵀλ)_k         p_k stays where q_k is cyclic (not in L) and no effect pushes along it
+//     d/dt h = −∂L/∂t + q̇·Q − λ·∂φ/∂t                h = q̇·p − L stays where t is not in L, no force does work, and no
+//                                                    constraint is moved from outside
 // h is the energy T + V where T is a quadratic form of the velocities, for then q̇·p = 2T. On a hoop that a motor turns
-// T has a term without velocities; Jacobi's integral h is conserved and T + V is not.
-//
-// All this is read off the formulas. T, V and effects are run once on a scalar that records its operations. A coordinate that
-// does not occur in the recording is cyclic. A coordinate may occur and cancel all the same, as the angle does where T is made
-// from r cos φ and r sin φ. Then its slope is evaluated at scattered points (analysis/symmetry/vanishing.hpp), and the stated
-// reason names this test.
-//
-// Where coordinates are cyclic only together, such as those of two particles that attract each other, a sum of their momenta is conserved
-// (analysis/symmetry/common_shifts.hpp).
-//
-// The answers are "found", with the reason, and "not found", with what is in the way. That something is not found does not mean
-// that it is not conserved. A rotation in Cartesian coordinates is no shift of theirs (noether_integral() tests it), and a T that
-// branches on the state has no formula. What the actions of events do is not seen, either.
+// it is not: Jacobi's integral h stays, T + V does not. T, V and effects are run once on a scalar that records its
+// operations, and a coordinate that does not occur is cyclic. Where one occurs, its slope may still cancel; it is
+// evaluated at scattered points (analysis/symmetry/vanishing.hpp). A sum of momenta may stay where none of them does
+// (analysis/symmetry/common_shifts.hpp). "Not found" does not mean "not conserved". A rotation in Cartesian coordinates
+// is no shift of them (see noether_integral()). A T that branches on the state has no formula, and what actions of
+// events do is not seen.
 
 #include <cmath>
 #include <cstddef>

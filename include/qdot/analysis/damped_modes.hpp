@@ -4,22 +4,17 @@
 // Modes with damping, and stability
 // =================================
 //
-// A solution x = a e^{λt} of ẋ = A x is a mode. A pair λ = −δ ± iω swings with the frequency ω while it decays with δ,
+// A solution x = a e^{λt} of ẋ = A x is a mode: a pair λ = −δ ± iω oscillates, a real λ = −1/τ creeps.
 //
-//     |λ| = ω₀ ,   ζ = δ/ω₀       the frequency that it would have without damping, and the damping ratio,
+//     |λ| = ω₀ ,   ζ = δ/ω₀                natural frequency and damping ratio
+//     all Re λ < 0                         asymptotically stable, whatever the terms of higher order (Lyapunov's first method)
+//     some Re λ > 0                        unstable, whatever they are
+//     some Re λ = 0, none is positive      stable in the linear approximation, which decides nothing
+//     the same, with a Jordan block        deviations grow like a power of t: a cart that was pushed
+//     G(iω) = C (iω − A)⁻¹ B + D           frequency response: ŷ = G û, what is left of y long after u = û e^{iωt} began
 //
-// and a real λ = −1/τ creeps. What the exponents say of the state itself is Lyapunov's first method:
-//
-//     all Re λ < 0                       asymptotically stable, whatever the terms of higher order are
-//     some Re λ > 0                      unstable, whatever they are
-//     some Re λ = 0, none is positive    stable in the linear approximation, which decides nothing (a centre, or a zero of a constraint's family)
-//     the same, with a Jordan block      deviations grow like a power of t: a cart that was pushed is not where it was
-//
-// No computed λ is exactly on the axis. Each is known to about ε ‖A‖ times its condition number; what is nearer to the
-// axis than that, counts as on it. A is balanced first, so that units do not decide what is small.
-//
-// The frequency response is what is left of y when u = û e^{iωt} has been on for long: ŷ = G(iω) û,
-// G(iω) = C (iω − A)⁻¹ B + D.
+// A computed λ is known to about ε ‖A‖ times its condition number. If its real part is smaller than that, it counts as
+// zero. A is balanced first, so that units do not decide what is small.
 
 #include <algorithm>
 #include <cmath>

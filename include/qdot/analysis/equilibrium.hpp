@@ -4,18 +4,16 @@
 // Equilibria: where a system can rest
 // ===================================
 //
-// Put q̇ = 0, q̈ = 0 into Lagrange's equations of an autonomous system and only
+//     ∂L/∂q (q, 0) = 0        Lagrange's equations of an autonomous system with q̇ = 0, q̈ = 0
 //
-//     ∂L/∂q (q, 0) = 0
+// These are the stationary points of U(q) = −L(q, 0). For T quadratic in q̇, U is V. In a turning frame T keeps a part
+// T₀(q) without q̇, and U = V − T₀ holds the centrifugal forces: a bead on a turning hoop rests at cos θ = g/(Ω²R), high
+// above the bottom.
 //
-// is left: the stationary points of U(q) = −L(q, 0). For T quadratic in q̇, U is V. In a turning frame
-// T keeps a part T₀(q) without q̇, and U = V − T₀ holds the centrifugal forces (a bead on a turning hoop
-// rests at cos θ = g/(Ω²R), high above the bottom).
-//
-// Newton's method finds them with the exact Hessian of U, two evaluations of dual numbers a step. It
-// goes to whichever equilibrium is near, stable or not; a step that does not lower |∂U/∂q|, each force beside its own terms, is halved.
-// Along a coordinate that U does not depend on (cyclic, such as the position of a cart) there is nothing to find, and q keeps its
-// initial value. The step is the shortest solution of the linear equations.
+// Newton's method with the exact Hessian of U, two evaluations of dual numbers a step, goes to whichever equilibrium is
+// near, stable or not. A step that does not lower |∂U/∂q|, each force beside its own terms, is halved. The step is the
+// shortest solution of the linear equations. So a coordinate that U does not depend on, such as the position of a cart,
+// keeps its initial value.
 
 #include <algorithm>
 #include <cmath>

@@ -7,16 +7,14 @@
 //     const auto found = equilibrium_branches([](double Omega) { return mechanical_system<1>(Bead{.Omega = Omega}); }, q, 1.0, 6.0);
 //     for (const auto& branch : found) for (const auto& point : branch.points) … point.p, point.q, point.stability, point.kind
 //
-// Where a scene rests depends on what it is made of, and so does whether it stays there. The equilibrium near a start is followed
-// along its curve (branches/curve.hpp) while a parameter p goes from one value to another, round folds where p turns back. Steady
-// motions are followed in the same way, with the rates of cyclic coordinates held. On the way special points are located:
+// The equilibrium near a start is followed along its curve (branches/curve.hpp) as a parameter p goes from one value to
+// another, round folds where p turns back. Steady motions are followed alike, with the rates of cyclic coordinates held.
+// Special points are located by a test that changes its sign there:
 //
-//     fold      the curve turns back: two equilibria meet, and beyond there is none
-//     branch    another curve crosses (a pitchfork, where there is symmetry); it is followed as well, to both sides
-//     hopf      two complex exponents begin to grow: oscillations, or, without damping, flutter
-//
-// What happens at them is seen from the exponents beside them: an exponent that passes 0 at folds and branches (divergence, buckling),
-// a pair that leaves the imaginary axis at Hopf points. Without damping exponents lie on the axis until two of them meet.
+//     fold      the curve turns back: two equilibria meet, and beyond there is none         (an exponent passes 0)
+//     branch    another curve crosses, such as a pitchfork; it is followed to both sides    (an exponent passes 0)
+//     hopf      oscillations begin, or without damping flutter                              (a pair leaves the imaginary axis)
+// Without damping, exponents lie on the axis until two of them meet.
 
 #include <algorithm>
 #include <cmath>

@@ -5,23 +5,16 @@
 //
 //     const auto s = sensitivities(system, start, 1e4, Gauss{.step = 0.02, .stages = 3});
 //
-// Collocation and variation commute: what the method makes of the variational equations is the derivative of what it makes of the motion. With
-// P = ∂p/∂(q, q̇) and G = ∂F/∂(q, q̇) at the stages (Qᵢ, Vᵢ) of a step (integrate/gauss.hpp), for one column of Φ
+// Collocation and variation commute. With P = ∂p/∂(q, q̇) and G = ∂F/∂(q, q̇) at the stages of a step
+// (integrate/gauss.hpp), a column of Φ obeys a linear system of s·n rows in the δVᵢ. It is factored once in a step for all
+// columns:
 //
 //     δQᵢ = δq + h Σ aᵢⱼ δVⱼ ,     Pᵢ [δQᵢ; δVᵢ] + P_θ = δp + h Σ aᵢⱼ (Gⱼ [δQⱼ; δVⱼ] + F_θ) ,
-//     δq₁ = δq + h Σ bⱼ δVⱼ ,      δp₁ = δp + h Σ bⱼ (Gⱼ [δQⱼ; δVⱼ] + F_θ) ,
+//     δq₁ = δq + h Σ bⱼ δVⱼ ,      δp₁ = δp + h Σ bⱼ (Gⱼ [δQⱼ; δVⱼ] + F_θ)        P_θ, F_θ: columns of parameters only.
 //
-// with P_θ and F_θ in columns of parameters only. For δV that is a linear system of s·n rows, factored once in a step for all columns. Φ
-// is the derivative of the numbers that the run gives, not of those it approximates: of order 2s like them, and where there are no forces
-//
-//     Φᵀ J Φ = J      in (q, p),  to rounding, however long the run.
-//
-// Constraints are forces Wᵀλ, whose slopes are in G (analysis/variations/recorded_mechanics.hpp), and a projection at the end of each
-// step, which is differenced along each column. There, too, Φ is the derivative of the computed numbers, to some twelve digits. It is not
-// symplectic there, since the projected steps are not.
-//
-// δp is carried along; δq̇ = M⁻¹ (δp − ∂p/∂q δq − P_θ) is what is seen. The length of a step is the user's, and no error is estimated; rtol and atol
-// say how closely events are found. Dense output of the columns is of degree 5, as that of the motion.
+// So Φ is the derivative of the computed numbers, of order 2s like them; without forces Φᵀ J Φ = J in (q, p) to rounding,
+// however long the run. Constraints add forces Wᵀλ, and a projection that is differenced: some twelve digits, and Φ is not
+// symplectic there. The step is the user's, and no error is estimated; rtol and atol only say how closely events are found.
 
 #include <Eigen/Core>
 #include <Eigen/LU>
@@ -175,7 +168,7 @@ class VariationalGaussStepper {
     show_columns();
   }
 
-  // y_ from the motion, δq and δp.
+  // y_ from the motion, δq and δp: δq̇ = M⁻¹ (δp − ∂p/∂q δq − P_θ).
   void show_columns() {
     y_.head(2 * n_) = motion_.y();
     Eigen::MatrixXd& S = slopes_.back();

@@ -4,24 +4,17 @@
 // Whether a motion is regular or chaotic, found out soon
 // ======================================================
 //
-// An exponent needs a long run before it is known to be zero. Sooner known is what becomes of k deviations w_i that are linearly independent at the start:
-// in chaos all of them turn into the direction that grows fastest. The volume of the parallelepiped of their directions,
+//     GALI_k(t) = | ŵ₁ ∧ ŵ₂ ∧ … ∧ ŵ_k | ,     ŵ_i = w_i / |w_i| ,     w_i(t) = Φ(t) w_i(0)
 //
-//     GALI_k(t) = | ŵ₁ ∧ ŵ₂ ∧ … ∧ ŵ_k | ,     ŵ_i = w_i / |w_i| ,     w_i(t) = Φ(t) w_i(0) ,
-//
-// is the generalized alignment index: 1 where they stand at right angles, 0 where one depends on the others. Known of a motion of N coordinates that
-// conserves its energy:
+// is the volume that the directions of k deviations span: 1 at right angles, 0 where one depends on the others. In chaos
+// all turn into the direction that grows fastest, long before an exponent is known. For N coordinates and conserved energy:
 //
 //     chaotic        ∝ exp(−[(λ₁ − λ₂) + … + (λ₁ − λ_k)] t)         below 10⁻⁸ after some 18/λ₁, for k = 2
-//     regular        about constant for 2 ≤ k ≤ N ,  ∝ t^(−2(k−N)) for N < k ≤ 2N
+//     regular        about constant for 2 ≤ k ≤ N ,  ∝ t^(−2(k−N)) for N < k ≤ 2N ;    GALI₂ ∝ 1/t² for N = 1
 //
-// so k = 2 tells one from the other for N ≥ 2; with one coordinate every motion that repeats is regular, and GALI₂ falls like 1/t². A motion with
-// dissipation falls onto what attracts it, and there two directions may align without chaos.
-//
-// Beside it stands growth = ln(|w₁(t)|/|w₁(0)|), the fast Lyapunov indicator: λ₁ t in chaos, ln t on regular motions, less with dissipation. Deviations
-// that have aligned and grown like λ₁ t make a motion chaotic; those that have aligned alone do not.
-//
-// Skokos, Bountis, Antonopoulos, Physica D 231 (2007) 30.
+// With dissipation, directions may align without chaos. So a motion is called chaotic only where
+// growth = ln(|w₁(t)|/|w₁(0)|), the fast Lyapunov indicator, has grown like λ₁ t as well (ln t on regular motions, less
+// with dissipation). Skokos, Bountis, Antonopoulos, Physica D 231 (2007) 30.
 
 #include <algorithm>
 #include <cmath>

@@ -4,21 +4,15 @@
 // Momenta in place of velocities
 // ==============================
 //
-// p = ∂L/∂q̇ can be solved for q̇. The function of q and p that then describes the motion is Hamilton's,
-//
-//     H(q, p, t) = p·q̇ − L(q, q̇, t) ,        q̇ = q̇(q, p, t) ,
-//
-//     q̇ = ∂H/∂p ,      ṗ = −∂H/∂q ,           and of any f(q, p, t):   ḟ = {f, H} + ∂f/∂t
-//
-// with Poisson's bracket {f, g} = ∂f/∂q·∂g/∂p − ∂f/∂p·∂g/∂q, of which {q_i, p_j} = δ_ij.
+//     H(q, p, t) = p·q̇ − L(q, q̇, t) ,        with q̇ from  p = ∂L/∂q̇ ,
+//     q̇ = ∂H/∂p ,      ṗ = −∂H/∂q ,           and of any f(q, p, t):   ḟ = {f, H} + ∂f/∂t ,
+//     {f, g} = ∂f/∂q·∂g/∂p − ∂f/∂p·∂g/∂q      Poisson's bracket.
 //
 // Nothing of this is differentiated twice. H is stationary in q̇ where p = ∂L/∂q̇, so its slopes are those at fixed q̇:
-// ∂H/∂p = q̇ itself, and ∂H/∂q = −∂L/∂q. What is left is the way from p to q̇. T is quadratic in q̇, mostly, and the
-// equation ∂T/∂q̇ = p linear: one step of Newton's method with M solves it, a second one takes away what rounding left.
-// Where T is not quadratic, as with a speed of light, there are more of them, and shorter ones.
-//
-// H may be asked for derivatives, too. A step of Newton's method from the solution with plain numbers, carried out in duals,
-// makes q̇ right to first order. Each further step adds an order, whatever M it uses.
+// ∂H/∂p = q̇, and ∂H/∂q = −∂L/∂q. What is left is q̇ from p. Where T is quadratic in q̇, ∂T/∂q̇ = p is linear. One step
+// of Newton's method with M solves it, a second takes away rounding. Other T, as with a speed of light, take more
+// steps, and shorter ones. H may be asked for derivatives, too. One step from the solution with plain numbers, carried
+// out in duals, makes q̇ right to first order; each further step adds an order, whatever M it uses.
 
 #include <type_traits>
 

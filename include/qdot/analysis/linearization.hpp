@@ -4,34 +4,17 @@
 // Linearization: small motions beside a state
 // ===========================================
 //
-//     ẋ = A x + B u ,    y = C x + D u
+//     ẋ = A x + B u ,    y = C x + D u        A = P F W ,   F = ∂f/∂y, exact
 //
-// x holds deviations of *minimal coordinates* from a state, of their velocities, and of the effects' own states; u
-// deviations of the inputs (effects/input.hpp). Without constraints x is (q, q̇, z), and A is the Jacobian that
-// implicit methods use.
+// x holds deviations of *minimal coordinates* from a state, of their velocities, and of the effects' own states; u those of
+// the inputs (effects/input.hpp). On constraints only tangent vectors δy = W x are possible:
 //
-// On constraints only some deviations are possible,
+//     J δq = 0  (holonomic rows) ,      J δq̇ + ∂(J q̇)/∂q δq = 0  (all rows).
 //
-//     J δq = 0  (holonomic rows) ,      J δq̇ + ∂(J q̇)/∂q δq = 0  (all rows),
-//
-// the tangent space δy = W x. Solved for coordinates that are free to choose, it makes these the entries of x: the x of
-// a pendulum in Cartesian coordinates, say. With n coordinates, h independent holonomic and m − h velocity constraints
-// there are n − h positions and n − m velocities: a skate reaches every place, but not in every direction. With F =
-// ∂f/∂y, exact, and the rows of x picked from y by P,
-//
-//     A = P F W ,
-//
-// since x = P δy are coordinates of the motion on its constraints, ẋ = P f(y(x)). No multiplier has to be
-// differentiated by hand.
-//
-// Contacts that are closed and friction that sticks are constraints, those that are open or slide are none. At the edge of a phase, where a
-// reaction is 0 or friction holds all that it can, there is no linearization, and none is given.
-//
-// At a kink of T, V or a force (the tie of a max, say) f has a slope on each side and none between them. The state is refused where the two
-// differ.
-//
-// The state need not rest: `drift` is P f, what x does by itself. Stability, modes and regulators (damped_modes.hpp,
-// lqr.hpp) ask that it is zero but for cyclic coordinates that turn.
+// x are coordinates that are free to choose, which P picks from y, so no multiplier has to be differentiated. With n
+// coordinates, h independent holonomic and m − h velocity constraints, x has n − h positions and n − m velocities. Closed
+// contacts and sticking friction are constraints. At the edge of a phase, and on a kink of T, V or a force, the state is
+// refused. It need not rest: `drift` is P f. Modes and regulators ask that it is zero but for cyclic coordinates that turn.
 
 #include <cmath>
 #include <cstddef>

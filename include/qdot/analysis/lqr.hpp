@@ -4,25 +4,17 @@
 // The linear-quadratic regulator
 // ==============================
 //
-// Of all controls u(t) that bring ẋ = A x + B u to rest, the one that costs least,
+//     ∫ (xᵀQ x + uᵀR u) dt = min ,      u = −K x ,   K = R⁻¹BᵀP ,      AᵀP + P A − P B R⁻¹Bᵀ P + Q = 0 ,   P ≥ 0
 //
-//     ∫ (xᵀQ x + uᵀR u) dt   minimal,
-//
-// is a feedback u = −K x with constant K = R⁻¹BᵀP, and P ≥ 0 solves Riccati's equation
-//
-//     AᵀP + P A − P B R⁻¹Bᵀ P + Q = 0 .
-//
-// P is read off the invariant subspace of
-//
+// Of all controls u(t) that bring ẋ = A x + B u to rest, the cheapest is this constant feedback. P solves Riccati's
+// equation, and is read off the invariant subspace of
 //     H = [  A   −B R⁻¹Bᵀ ]
 //         [ −Q   −Aᵀ      ]
+// that belongs to its N exponents with negative real part, those of the closed loop A − B K. With an ordered Schur form
+// H = U T Uᴴ and U's left half [U₁; U₂], P = U₂ U₁⁻¹ (Laub, IEEE Trans. Autom. Control 24, 1979).
 //
-// that belongs to its N exponents with negative real part (Laub, IEEE Trans. Autom. Control 24, 1979): with a Schur
-// form H = U T Uᴴ ordered so that they come first, and U's left half [U₁; U₂], P = U₂ U₁⁻¹. These exponents are those
-// of the closed loop, A − B K.
-//
-// Such a P exists if every mode that does not decay by itself can be reached by some input, and shows in Q unless it
-// grows. What cannot is refused by name.
+// P exists if every mode that does not decay by itself can be reached by some input, and shows in Q unless it grows. A
+// mode for which that does not hold is refused by name.
 
 #include <algorithm>
 #include <cmath>

@@ -4,31 +4,17 @@
 // How fast motions part that begin close together
 // ===============================================
 //
-// Φ = ∂y(t)/∂y₀ makes an ellipsoid of a sphere of small deviations. Its axes σ₁ ≥ σ₂ ≥ … are the singular values of Φ,
+//     Φ = U diag(σ) Vᵀ         Φ = ∂y(t)/∂y₀: the deviation V_i at the start becomes σ_i U_i at the end
+//     λ_i = (1/t) ln σ_i       Lyapunov's exponents, for t → ∞; chaos is a bounded motion with a positive one
 //
-//     Φ = U diag(σ) Vᵀ :       the deviation V_i at the start is σ_i U_i at the end,
+// Over a long time Φ overflows, and its columns all become the first axis. So it is made in pieces, and orthonormalized:
 //
-// and in the limit of long times Lyapunov's exponents are λ_i = (1/t) ln σ_i. One positive exponent and a motion that stays
-// where it is are what is called chaos.
+//     Φ_k Q_{k−1} = Q_k R_k ,       λ_i = Σ ln (R_k)_ii / Σ t_k        counted from `settle` on.
 //
-// Over a long time Φ itself is of no use: it overflows, and its columns all become the first axis. So it is made in pieces
-// and orthonormalized along the way,
-//
-//     Φ_k Q_{k−1} = Q_k R_k ,       λ_i = Σ ln (R_k)_ii / Σ t_k ,
-//
-// where deviations turn into their directions first: what is passed before `settle` is not counted. Known of the result:
-//
-//     Σ λ_i is the mean of div f along the motion: 0 where energy is conserved, −c/m for a damper
-//     without dissipation exponents come in pairs ±λ, and two are 0 for each conserved quantity that flows
-//
-// The limit is reached slowly, like 1/t for zeros and like 1/√t for chaos, whatever the tolerance. So beside each exponent
-// stands its standard error, from ten parts of the time as if they knew nothing of each other. Motions that stay near an
-// island of regular motion for a long time are off by more than that.
-//
-// Deviations are of q, q̇ and the own states of effects, not of momenta; exponents are the same in both while M stays bounded. On m constraints
-// 2m directions lead out and have no exponent: there are so many fewer, and so it is with a contact that is closed; friction that sticks
-// takes one. Events and impacts are in Φ. Deviations are lost where a contact comes to rest or a friction begins to stick. The run then ends as
-// not_differentiable, and its message tells how many directions are left; ask for so many.
+// The limit is reached like 1/t for zeros and like 1/√t for chaos, whatever the tolerance. The standard error takes ten
+// parts of the time as independent, so it is too small near islands of regular motion. Σ λ_i is the mean of div f; without
+// dissipation exponents come in pairs ±λ, and two are 0 for each conserved quantity that flows. Deviations are of q, q̇
+// and the effects' states, not of momenta: the exponents are the same while M stays bounded. Events and impacts are in Φ.
 
 #include <algorithm>
 #include <cmath>
@@ -217,7 +203,9 @@ extern template LyapunovSpectrum lyapunov_spectrum_of<Eigen::MatrixXd>(const Flo
 
 /// Lyapunov's exponents of the motion of a system or scene from a start.
 ///
-/// One run of the motion with its derivatives, begun anew after each interval.
+/// One run of the motion with its derivatives, begun anew after each interval. On m constraints, closed contacts among them, 2m directions lead out and have no
+/// exponent; sticking friction takes one. Where a contact comes to rest or a friction begins to stick on the way, deviations are lost. The run
+/// then ends as not_differentiable, and its message tells how many directions are left; ask for so many.
 ///
 /// @param start   State{t, q, qdot}, or FirstOrderState{t, y}; on the constraints, if there are any
 /// @param method  Dop853{} or Dopri5{}

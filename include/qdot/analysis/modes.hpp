@@ -4,25 +4,16 @@
 // Small motions about an equilibrium: normal modes and stability
 // ==============================================================
 //
-// Expand L to second order in the departure x from an equilibrium q₀ and Lagrange's equations become
-// linear,
+//     M ẍ + G ẋ + K x = 0        L to second order in the departure x from (q₀, 0), by dual numbers exactly:
 //
-//     M ẍ + G ẋ + K x = 0,
+//     M = ∂²L/∂q̇² ,    K = −∂²L/∂q² (= ∂²V/∂q²)        symmetric: mass and stiffness
+//     G = N − Nᵀ ,     N = ∂²L/∂q̇∂q                    antisymmetric: gyroscopic terms, of turning frames and magnetic fields
 //
-//     M = ∂²L/∂q̇²                       mass matrix                  symmetric
-//     K = −∂²L/∂q²  (= ∂²V/∂q²)         stiffness                    symmetric
-//     G = N − Nᵀ,  N = ∂²L/∂q̇∂q         gyroscopic terms             antisymmetric
-//
-// all at (q₀, 0), and all exact, by dual numbers. G is zero wherever T is quadratic in q̇; it appears in
-// turning frames and magnetic fields.
-//
-// Without G the solutions are x = a cos(ωt + α) with (K − ω² M) a = 0: n normal modes, orthogonal with
-// respect to M and K together, aᵢᵀ M aₖ = 0 and aᵢᵀ K aₖ = 0. In modal coordinates the system falls into n oscillators that
-// know nothing of each other. ω² < 0 is an exponential: the equilibrium is unstable. ω² = 0 is a
-// direction in which nothing pulls back.
-//
-// With G, put x = a e^{λt}: (λ² M + λ G + K) a = 0 has 2n characteristic exponents λ, which come in
-// pairs ±λ. All of them on the imaginary axis is what stability can look like; a positive real part is instability.
+// G is zero wherever T is quadratic in q̇. Then the solutions are n normal modes x = a cos(ωt + α), (K − ω² M) a = 0,
+// each an oscillator of its own: aᵢᵀ M aₖ = 0 and aᵢᵀ K aₖ = 0. ω² < 0 grows exponentially, so the equilibrium is
+// unstable; along ω² = 0 nothing pulls back. With G, x = a e^{λt} has 2n exponents in pairs ±λ, from (λ² M + λ G + K)
+// a = 0. A positive real part is instability; all of them on the imaginary axis is necessary for stability, and not
+// sufficient.
 
 #include <algorithm>
 #include <cmath>

@@ -4,24 +4,17 @@
 // Noether's theorem
 // =================
 //
-// A family of transformations q → q'(s, q, t) with q'(0, q, t) = q moves every motion to a neighbouring one. Let
+//     q → q'(s, q, t) ,   q'(0, q, t) = q ,      ξ = ∂q'/∂s  at s = 0 ,      ξ̇ = (∂ξ/∂q) q̇ + ∂ξ/∂t
+//     ∂L/∂q·ξ + ∂L/∂q̇·ξ̇ = dF/dt        then        I = p·ξ − F        is conserved,
 //
-//     ξ(q, t) = ∂q'/∂s   at s = 0 ,        ξ̇ = (∂ξ/∂q) q̇ + ∂ξ/∂t .
+// for with ṗ = ∂L/∂q the left side is d/dt (p·ξ). F(q, t) is the *gauge term*, which Lagrange's equations do not feel.
+// Translations give momenta, rotations angular momenta. A moving frame, x' = x + s t with F = m x, gives p t − m x: where
+// the centre of mass was at t = 0. ξ and ξ̇ come from duals, so what is left of the equation is rounding or a violation.
 //
-// If L changes along it by no more than the rate of a function F(q, t), the *gauge term*, which Lagrange's equations do not feel,
-//
-//     ∂L/∂q·ξ + ∂L/∂q̇·ξ̇ = dF/dt        then        I = p·ξ − F        is conserved.
-//
-// For with ṗ = ∂L/∂q the left side is d/dt (p·ξ). Translations give momenta, rotations angular momenta. A change to a moving
-// frame, x' = x + s t with F = m x, gives p t − m x: where the centre of mass was at t = 0.
-//
-// ξ and ξ̇ come from duals, so they are exact, and what is left of the equation is rounding or a violation. It must hold for all q and q̇, and is
-// looked at for some: at states that are given, or at scattered ones. A symmetry in the technical sense holds at all of them. A
-// symmetry that holds on the motion only moves velocities and is none of these families; an example is that behind the
-// Laplace–Runge–Lenz vector.
-//
-// In a scene İ gains ξ·Q of the forces and ξ·Jᵀλ of the constraints: the first is added to the violation, and Jξ must be zero. States that are
-// given lie on the constraints; scattered ones do not, and a constraint that is symmetric only there asks for states.
+// It must hold for all q and q̇, and is evaluated at given states, or at scattered ones. A symmetry that holds on the
+// motion only is none of these families: that of the Laplace–Runge–Lenz vector moves velocities. In a scene İ gains ξ·Q,
+// which is added to the violation, and ξ·Jᵀλ, so Jξ must be zero: given states lie on the constraints, and scattered ones
+// do not.
 
 #include <algorithm>
 #include <cmath>

@@ -5,22 +5,15 @@
 // =================================
 //
 //     x(t₀ + T) = x(t₀) ,    M = ∂x(t₀ + T)/∂x(t₀) ,    x = [q; q̇]
+//     M ẋ = ẋ          a deviation along the orbit only begins elsewhere on it        (nothing depends on the time)
+//     ∇h M = ∇h        orbits come in families, one for each energy                   (h is conserved)
 //
-// The eigenvalues μ of the monodromy matrix M are the orbit's multipliers (Floquet): a small deviation is multiplied by μ
-// in each period. Some of them are 1 for reasons that have nothing to do with stability, and are called trivial:
-//
-//     M ẋ = ẋ          a deviation along the orbit only begins elsewhere on it       (nothing depends on the time)
-//     ∇h M = ∇h        orbits come in families, one for each energy                  (h is conserved)
-//
-// Together they make a Jordan block, which rounding would split into 1 ± √ε. So ẋ and ∇h are taken out of M before its
-// eigenvalues are computed, and both ones are known exactly. The others decide (Lyapunov's first method, for orbits):
-//
-//     all |μ| < 1                            deviations die out
-//     some |μ| > 1                           unstable
-//     none outside the circle, some on it    stable to first order, if each of these is simple: two that meet may leave it
-//
-// No computed μ is exactly on the circle. Each comes with a radius to which it is known: rounding and the error of the run,
-// which a second run with looser tolerances shows, times the condition of μ.
+// A small deviation is multiplied by an eigenvalue μ of the monodromy matrix M in each period: a multiplier (Floquet).
+// Two may be 1 for reasons that say nothing of stability, the *trivial* ones. Together they make a Jordan block, which
+// rounding would split into 1 ± √ε. So ẋ and ∇h are taken out of M first. The others decide: all |μ| < 1, deviations
+// die out; some |μ| > 1, unstable; none outside the circle and those on it simple, stable to first order. Each μ has a
+// radius to which it is known: the condition of μ times rounding and the error of the run, which a second run with
+// looser tolerances shows.
 
 #include <complex>
 #include <string>

@@ -7,21 +7,14 @@
 //     const auto swings = continue_orbits(pendulum, State<1>{0.0, {0.3}, {0.0}}, 6.3, in_energy(0.9));
 //     for (const auto& orbit : swings.orbits) … orbit.energy, orbit.period, orbit.stability
 //
-// A periodic orbit is seldom alone. Where energy is conserved there is one for each energy, and the family is followed in the
-// energy or in the period. A limit cycle, or the answer to a drive, changes with a parameter; then the problem is given as
-// p ↦ problem(scene, start, events), and the family is followed in p:
-//
-//     continue_orbits([](const auto& p) { return problem(oscillator(p[0]), start); }, 0.2, 6.3, in_parameter(3.0), hold_nothing())
-//
-// The curve of orbits is followed by its arc length (orbits/branch.hpp), so it may turn back. It ends at the value that was
-// asked for, or where it comes back to the value that it began with. On the way special points are located:
-//
+// Where energy is conserved there is an orbit for each energy, and a family is followed in the energy or the period. A
+// limit cycle, or the answer to a drive, changes with a parameter p of p ↦ problem(scene, start, events). The curve of
+// orbits is followed by its arc length (orbits/branch.hpp), so it may turn back. Special points are located on the way:
 //     fold               the family turns back; a cycle that was stable is not any more
 //     period doubling    a multiplier passes −1: an orbit of twice the period branches off
 //     branch point       a multiplier passes 1, and it is no fold: another family crosses
-//     torus              two complex multipliers leave the unit circle: motions on a torus, or (with energy) a collision of pairs
-//
-// Two special points of one kind within one step cancel each other's signs and are missed; shorten longest_step where they lie dense.
+//     torus              two complex multipliers leave the unit circle
+// Two of one kind within one step cancel each other's signs and are missed: shorten longest_step where they lie dense.
 
 #include <algorithm>
 #include <cmath>

@@ -7,21 +7,14 @@
 //     const auto fit = parameter_fit([](const auto& p) { return Pendulum{p[0], p[1]}; }, {{"l", 1.0, 0.1, 3.0}, {"c", 0.0}}, experiments, Dop853{});
 //     fit.p, fit.standard_deviation, fit.covariance, fit.outcome, fit.message
 //
-// Motions were measured at times t_k, each output y_i with an error of standard deviation σ_i. Sought are the parameters p of which the motion is made,
-// and perhaps where it began, such that
+//     Σ r² = min ,     r = (y_i(t_k; p) − measured)/σ_i ,     lower ≤ p ≤ upper ,      covariance of p = (JᵀJ)⁻¹ to first order.
 //
-//     Σ r² = min ,     r = (y_i(t_k; p) − measured)/σ_i ,     lower ≤ p ≤ upper .
-//
-// J = ∂r/∂p comes with each run: it is the motion's own sensitivity (sensitivity.hpp), through events and on constraints, and not a difference of two runs.
-// How the minimum is found, and what is done about bounds, stands in fit/least_squares.hpp. There, to first order,
-//
-//     covariance of p = (JᵀJ)⁻¹ ,
-//
-// and Σ r² is about the number of residuals less that of parameters, if the model is right and σ is known. If σ is not given, it is estimated from just this.
-//
-// Data may leave parameters open. Where J v = 0, nothing that was measured changes along v: masses of a free motion may all be twice as large, so v = (m₁, m₂).
-// J's columns are brought to length 1, and what is then left of a combination of them is compared with the accuracy of the runs. Such combinations
-// are named, and a parameter in one of them has the standard deviation ∞.
+// The start may be sought as well. J = ∂r/∂p is the motion's own sensitivity (sensitivity.hpp), through events and on
+// constraints, and no difference of two runs; fit/least_squares.hpp finds the minimum. Σ r² is about the number of
+// residuals less that of parameters, if the model is right and σ is known. A σ that is not given is estimated from
+// this. Data may leave parameters open: where J v = 0, nothing that was measured changes along v, such as (m₁, m₂) of a
+// free motion. Combinations of J's columns below the accuracy of the runs are named, and their parameters have the
+// standard deviation ∞.
 
 #include <optional>
 #include <type_traits>

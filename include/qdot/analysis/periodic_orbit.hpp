@@ -7,22 +7,14 @@
 //     const auto swing = periodic_orbit_near(pendulum, State<1>{0.0, {1.3}, {0.0}}, 7.0, hold_coordinate(0));
 //     swing.period, swing.multipliers, description(swing.stability)
 //
-// A start and a guess of the period are improved by Newton's method until the motion closes, by single shooting. Each step takes
-// one run with its derivatives (analysis/sensitivity.hpp), exact through events, impacts and friction. What makes the answer one
-// orbit and not a family of them depends on what moves:
-//
-//     nothing depends on the time, energy is lost and fed in       hold_nothing()      a limit cycle stands alone
-//     energy is conserved: orbits come in families                 hold_energy()       that of the start, or a given one
-//                                                                  hold_period()       the guess is the period
-//                                                                  hold_coordinate(i)  q_i at a turning point, q̇_i = 0
-//     T, V or forces repeat themselves in time                     driven()            the guess is the period of the drive, or
-//                                                                                      a multiple: subharmonics
-//
-// The energy that is held is Jacobi's, h = q̇·p − L. An angle that goes round in each period has an advance of 2π. The orbit
-// comes with its multipliers and what they say of its stability (orbit.hpp); a family of orbits is in orbit_family.hpp.
-//
-// This is single shooting: an orbit closes with as many digits less as its largest multiplier has. Where that is not enough for
-// the tolerance, the outcome is not_closed.
+// Newton's method improves a start and a guess of the period until the motion closes. Each step takes one run with its
+// derivatives (analysis/sensitivity.hpp), exact through events, impacts and friction. What is held makes one orbit of a
+// family:
+//     hold_nothing()                                    of an autonomous system that loses and gains energy: a limit cycle
+//     hold_energy(), hold_period(), hold_coordinate(i)  where Jacobi's energy h = q̇·p − L is conserved
+//     driven()                                          where T, V or forces are periodic: the guess is that period, or a multiple
+// An angle that goes round in each period has an advance of 2π. This is single shooting: an orbit closes with as many digits
+// less as its largest multiplier has; not_closed is the outcome where that is not enough. See orbit.hpp, orbit_family.hpp.
 
 #include <algorithm>
 #include <cmath>

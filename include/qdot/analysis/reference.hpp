@@ -3,36 +3,18 @@
 //
 // A reference: the same motion with more digits, by another method, so that the error of a run can be seen.
 //
-//     const auto exact = reference_motion(system, start, {1.0, 2.0, 5.0});
-//     exact.y.col(2)          y(5) in long double
-//     exact.uncertainty       how far two independent computations of it differ
+//     const auto exact = reference_motion(system, start, {1.0, 2.0, 5.0});        exact.y.col(2), exact.uncertainty
 //
-// An error can only be measured against something better. A run of the same stepper at a tighter tolerance is not. It shares the
-// stepper's faults, and its rounding errors, amplified by the motion, are as large as those it should reveal. Here the equations
-// of motion are evaluated in a scalar with more digits (long double, or a quadruple type), through the same T and V. They are
-// stepped by extrapolation, a method that this library uses for nothing else.
+// A tighter tolerance of the same stepper shares its faults, and its rounding, amplified by the motion. Here T and V compute
+// in long double, or a quadruple type, and a basic step H is extrapolated from n₁ < … < n_K substeps h = H/n of the midpoint
+// rule:
 //
-// Gragg, Bulirsch, Stoer. One basic step H is done by the midpoint rule with n₁ < n₂ < … < n_K substeps h = H/n,
+//     z_{k+1} = z_{k−1} + 2 h f(z_k) ,      T_{j,k} = T_{j,k−1} + (T_{j,k−1} − T_{j−1,k−1}) / ((n_j / n_{j−k})² − 1) .
 //
-//     z₁ = y + h f(y),     z_{k+1} = z_{k−1} + 2 h f(z_k),
-//
-// whose results for even n have an error with even powers of h alone, e₂ h² + e₄ h⁴ + … . So each Aitken–Neville column
-//
-//     T_{j,k} = T_{j,k−1} + (T_{j,k−1} − T_{j−1,k−1}) / ((n_j / n_{j−k})² − 1)
-//
-// removes one power of h², and T_{K,K} has order 2K. The last difference controls H. All of it is done with the increments z − y:
-// extrapolation multiplies rounding errors (here by 16 and 9; by 256 if nⱼ = 2, 4, 6 … 18), and those of increments are small.
-//
-// A quick first computation finds how large each component becomes, and tolerances and errors are relative to that. Digits of a
-// component that passes through zero cannot be had from the others' rounding errors.
-//
-// Then it is done twice, with two sequences nⱼ, two orders and two tolerances; the larger difference of the two over all times
-// is the reference's statement about itself. Another computation, from a start moved by 1e-10, gives the gain: by how much the
-// motion has amplified a relative error of its start. The rounding floor is gain · 1.1e-16. No method that carries its state in
-// double can be expected to come below it.
-//
-// References: W. Gragg, SIAM J. Numer. Anal. 2 (1965) 384; R. Bulirsch and J. Stoer, Numer. Math. 8 (1966) 1;
-// E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.8–II.9.
+// Its error for even n has even powers of h alone, so T_{K,K} has order 2K. It is done twice, with two sequences n_j, orders
+// and tolerances, relative to the largest value of each component; the larger difference is the uncertainty. A third run from
+// a start moved by 1e-10 gives the gain: gain · 1.1e-16 is the floor of any method that carries its state in double. (Gragg,
+// SIAM J. Numer. Anal. 2 (1965) 384; Bulirsch, Stoer, Numer. Math. 8 (1966) 1; Hairer, Nørsett, Wanner, I, II.8–II.9.)
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -216,7 +198,7 @@ class Extrapolation {
     return error;
   }
 
-  // z − y after n substeps of the midpoint rule.
+  // z − y after n substeps of the midpoint rule: extrapolation multiplies rounding errors, and those of increments are small.
   Y midpoint(const S& H, int n) {
     const S h = H / S(n);
     Y before = Y::Zero(y_.size());
@@ -270,6 +252,7 @@ ReferenceMotion extrapolated_reference(const F& f, double t0, const Eigen::Vecto
     if (!(s > negligible_error * largest)) s = largest;
   const Y scale = result.scale.template cast<S>();
 
+  // These multiply rounding errors by 16 and 9; 2, 4, 6 … 18 would by 256.
   Extrapolation<S, F> first(f, {{2, 4, 6, 8, 10, 14, 18, 24, 32}, S(5) * epsilon}, deadline, scale);
   const Matrix<S, Dynamic, Dynamic> a = first.motion(t0, y0, times);
   Extrapolation<S, F> second(f, {{2, 4, 6, 8, 12, 16, 24, 32}, S(10) * epsilon}, deadline, scale);

@@ -4,26 +4,17 @@
 // The return map of a section and its derivative
 // ==============================================
 //
-// P takes a point x of a surface g = 0 to where the motion from there passes it next (analysis/section.hpp). A neighbour x + δ is displaced by Φ δ at
-// the same time, but passes the surface earlier or later by ∂t/∂x δ, so
+//     DP = Φ + f ∂t/∂x = (1 − f ∇gᵀ / (∇g·f + ∂g/∂t)) Φ        at the return
 //
-//     DP = Φ + f ∂t/∂x = (1 − f ∇gᵀ / (∇g·f + ∂g/∂t)) Φ ,
-//
-// taken at the return. Φ and ∂t/∂x come from one run with its derivatives (analysis/sensitivity.hpp), exact through impacts and friction.
-//
+// P takes a point x of a surface g = 0 to where the motion from there passes it next (analysis/section.hpp). A neighbour
+// passes it earlier or later by ∂t/∂x δ. Φ and ∂t/∂x come from one run with its derivatives (analysis/sensitivity.hpp),
+// exact through impacts and friction. Where the motion only grazes the surface, ∇g·f ≈ 0, there is no DP.
 //     const auto P = return_map(star, State<2>{0.0, {0.0, 0.1}, {0.4, 0.0}}, plane, 100.0);
-//     P.derivative                  2n × 2n: what becomes of any deviation in (q, q̇)
-//     P.derivative_in({1, 3})       of q₁ and q̇₁ alone
-//
-// DP forgets what is along f, and its image lies in the surface. So a map in fewer coordinates says the same: 2n − 1 of them, if the deviation stays
-// on the surface,
-//
-//     ∇g·δ = 0 ,          and 2n − 2, if it also stays on the energy level,          ∇h·δ = 0 ,      h = q̇·p − L .
-//
-// In a coordinate and its momentum the latter map keeps areas: its determinant is 1. Its eigenvalues at a fixed point, P x = x, are the multipliers
-// of the periodic orbit (analysis/periodic_orbit.hpp) that are not 1.
-//
-// Where the motion only grazes the surface, ∇g·f ≈ 0, there is no DP: beside it motions miss the surface.
+//     P.derivative, P.derivative_in({1, 3})            2n × 2n in (q, q̇); of q₁ and q̇₁ alone
+// DP is zero along f, and its image lies in the surface. So a map in 2n − 1 coordinates is enough for deviations on the
+// surface, ∇g·δ = 0, and one in 2n − 2 if they keep the energy as well, ∇h·δ = 0. In a coordinate and its momentum the
+// latter keeps areas. Its eigenvalues at P x = x are those multipliers of the orbit (periodic_orbit.hpp) that are not
+// trivial.
 
 #include <algorithm>
 #include <cmath>

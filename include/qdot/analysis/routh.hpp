@@ -4,28 +4,17 @@
 // Routh's reduction: cyclic coordinates left out
 // ==============================================
 //
-// Coordinates x that do not occur in L have momenta that stay, β = ∂L/∂ẋ. Where β is known, ẋ follows from the other
-// coordinates q, and these obey Lagrange's equations of a function of their own, Routh's
+//     R(q, q̇, t) = L − β·ẋ ,       with ẋ from  β = ∂L/∂ẋ, which is conserved, for x does not occur in L.
 //
-//     R(q, q̇, t) = L − β·ẋ ,       with ẋ from  ∂L/∂ẋ = β .
-//
-// n − k coordinates are left, with forces that only the rotation of the eliminated coordinates explains. Examples are the barrier
-// that keeps a pendulum in space away from the vertical, and the stiffness of a spinning top. To see them, let T be quadratic in
-// the velocities,
-//
-//     ∂T/∂ẋ = A(q,t) ẋ + C(q,t) q̇ + b(q,t) ,      u = −A⁻¹ C q̇ ,      w = A⁻¹ (β − b) .
-//
-// ẋ = u + w solves the equation of the momenta; put into R, it separates what has q̇ from what has not,
-//
-//     R = T_R − V_R ,      T_R = T(q, q̇, ẋ = u) − β·u ,      V_R = V + ½ (β − b)·A⁻¹(β − b) ,
-//
-// and V_R is the *effective potential*. No term of T_R cancels one of V_R, so both are as exact as T and V. They make a system
-// like any other: simulate() moves it, equilibrium_near() finds the steady motions of the full system, normal_modes() what
-// happens beside them. Where C is not zero, T_R has terms linear in q̇ and M is the Schur complement of A; then
-// jacobi_energy() is what stays, as always.
-//
-// x itself is an integral over the motion, ẋ = u + w. The scene of a reduction carries x as states of their own, integrated
-// to the same tolerances as the rest.
+// The other coordinates q obey Lagrange's equations of R. It adds forces that only the rotation of the x explains, such
+// as the barrier that keeps a pendulum in space away from the vertical. For T quadratic in the velocities, ẋ = u + w
+// and
+//     ∂T/∂ẋ = A(q,t) ẋ + C(q,t) q̇ + b(q,t) ,           u = −A⁻¹ C q̇ ,      w = A⁻¹ (β − b) ,
+//     R = T_R − V_R ,      T_R = T(q, q̇, ẋ = u) − β·u ,      V_R = V + ½ (β − b)·A⁻¹(β − b)  (the *effective potential*).
+// No term of T_R cancels one of V_R, so both are as exact as T and V. They make a system like any other: its equilibria
+// are the steady motions of the full one. Where C is not zero, T_R has terms linear in q̇, M is the Schur complement of
+// A, and jacobi_energy() is conserved. x is an integral over the motion; the scene of a reduction carries it as states
+// of its own, integrated to the same tolerances.
 
 #include <array>
 #include <cmath>

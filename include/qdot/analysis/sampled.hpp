@@ -4,21 +4,17 @@
 // A linearization between the ticks of a clock, and its regulator
 // ===============================================================
 //
-// A digital controller reads x at t_k = k h and holds its u until t_{k+1}. Between the ticks ẋ = drift + A x + B u is solved exactly,
-//
 //     x_{k+1} = A_d x_k + B_d u_k ,      [ A_d  B_d ]       [ A  B ]
 //                                        [  0    1  ] = exp [ 0  0 ] h      (Van Loan, IEEE Trans. Autom. Control 23, 1978)
 //
-// whatever h is; outputs y = C x + D u stay. The exponential is that of the balanced matrix, halved until Taylor's series of
-// degree 16 is exact to rounding, and squared as often.
+// A digital controller reads x at t_k = k h and holds u until t_{k+1}; this solves ẋ = drift + A x + B u exactly for
+// any h. The balanced matrix is halved until Taylor's series of degree 16 is exact to rounding, and the result squared
+// as often.
 //
-// Of all u_k that bring x to rest, u = −K x costs least,
+//     Σ (xᵀQ x + uᵀR u) = min ,      u = −K x ,      K = (R + BᵀP B)⁻¹ BᵀP A ,      P = AᵀP A − AᵀP B K + Q
 //
-//     Σ (xᵀQ x + uᵀR u)   minimal,      K = (R + BᵀP B)⁻¹ BᵀP A ,      P = AᵀP A − AᵀP B K + Q ,
-//
-// the discrete equation of Riccati. A first K that stabilizes comes from Q + ‖Q‖ by doubling (Anderson, Int. J. Control 28, 1978); Newton's method goes on
-// from there (Hewer, IEEE Trans. Autom. Control 16, 1971), in each step with the sum P = Σ (A − BK)ᵀᵏ (Q + KᵀRK) (A − BK)ᵏ,
-// whose number of terms doubles too.
+// with Riccati's discrete equation for P. A first K that stabilizes comes from Q + ‖Q‖ by doubling (Anderson, Int. J.
+// Control 28, 1978). Newton's method goes on from there (Hewer, IEEE Trans. Autom. Control 16, 1971).
 
 #include <algorithm>
 #include <cmath>

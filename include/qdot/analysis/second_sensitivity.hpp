@@ -6,17 +6,14 @@
 //     const auto s = second_sensitivities(system, State<2>{0.0, q, qdot}, 3.0, Taylor{}, {.rtol = 1e-13, .atol = 1e-14});
 //     s.second[i](a, b)     ∂²yᵢ/∂x_a∂x_b, x as in the columns of s.Phi
 //
-// They say how a cost, a target or an estimate bends. Newton's method needs them where that of Gauss and Newton does not. They also give the first term that a
-// linear propagation of errors leaves out,
-//
 //     y(t; x + δ) = y + Φ δ + ½ δᵀ (∂²y/∂x∂x) δ + … ,       E[yᵢ] = yᵢ + ½ tr(secondᵢ · Cov x) .
 //
-// y, Φ and the second derivatives are one system, with a column x_ab for each pair a ≤ b. It starts at zero and fulfils the linear equations of Φ with a known
-// summand of x_a and x_b (analysis/variations/variation_series.hpp). They are exact but for the steps, whose errors are controlled for all of them alike:
-// options.atol holds for x_ab per units of x_a and x_b. With k columns there are k(k + 1)/2 pairs.
-//
-// The steps are those of Taylor{}. Through events that change the state second derivatives jump as the first do, differenced to some ten digits
-// (analysis/variations/second_saltation.hpp). Constraints, contacts, dry friction and families of problems are refused while compiling.
+// They are the curvature of a cost or a target, and the first term that a linear propagation of errors leaves out. Each
+// pair a ≤ b has a column x_ab that starts at zero and fulfils the linear equations of Φ with a summand of x_a and x_b
+// (analysis/variations/variation_series.hpp). Errors of steps are controlled for all columns alike; options.atol holds
+// for x_ab per units of x_a and x_b. Through events second derivatives jump as the first do, differenced to some ten
+// digits (second_saltation.hpp). Constraints, contacts, dry friction and families of problems are refused while
+// compiling.
 
 #include <Eigen/Core>
 #include <type_traits>

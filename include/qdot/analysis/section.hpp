@@ -6,24 +6,14 @@
 //
 //     const auto plane = event("x = 0", [](const auto& q) { return q[0]; }).rising();
 //     const auto found = poincare_section(star, State<2>{0.0, {0.0, 0.1}, {0.4, 0.0}}, plane, 1000, 1e5, Dop853{}, {.rtol = 1e-12});
-//     found.t[k], found.state(k).q[1], found.state(k).qdot[1]
 //
-// A motion is a curve in 2n dimensions, which no eye can follow. Seen only where it passes a surface g(q, q̇, t) = 0 in one direction, it is a
-// sequence of points. With a conserved energy these lie in 2n − 2 dimensions: for n = 2 in a plane. There one sees
-//
-//     a few dots        an orbit that closes
-//     a closed curve    a motion that keeps something besides its energy: regular
-//     an area           chaos
-//
-// (H. Poincaré, Les méthodes nouvelles de la mécanique céleste III, 1899; M. Hénon, C. Heiles, Astronomical Journal 69 (1964) 73.)
-// A drive of period T asks for its phase: the surface every("flash", T) is the stroboscope, as is sin(2π t/T), rising.
-//
-// An angle that goes round passes its plane once in each turn. sin((φ − φ₀)/2) is zero there and nowhere else, with a sign that changes from one turn to
-// the next. So take either direction, and let `where` tell which crossings count, φ̇ > 0.
-//
-// The surface is an event that only looks (integrate/event.hpp): its crossings are found to rounding on the dense output of the method's steps. The
-// event does not change these steps, so a section costs what the motion costs, and its points have the motion's accuracy. Nothing is kept but the
-// points. What leads from one point to the next, and its derivative, is in return_map.hpp.
+// The points where a motion passes a surface g(q, q̇, t) = 0 in one direction show what it is. With n = 2 and conserved
+// energy they lie in a plane: a few dots are an orbit that closes, a closed curve a regular motion, an area chaos
+// (Poincaré 1899; Hénon, Heiles, Astronomical Journal 69 (1964) 73). Of a drive of period T, every("flash", T) is the
+// stroboscope. An angle that goes round passes its plane once in each turn, where sin((φ − φ₀)/2) changes its sign,
+// alternately up and down. So take either direction, and let `where` tell which crossings count, φ̇ > 0. Crossings are
+// found to rounding on the dense output; the event only looks (integrate/event.hpp), so steps stay the same. A section
+// costs what the motion costs, and keeps nothing but the points. The map between them is in return_map.hpp.
 
 #include <algorithm>
 #include <cmath>

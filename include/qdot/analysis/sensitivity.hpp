@@ -6,36 +6,15 @@
 //     Φ(t) = ∂y(t) / ∂(y₀, t₀, p) ,      y = [q; q̇; …] .
 //
 //     const auto s = sensitivities(system, State<2>{0.0, q, qdot}, 3.0, Dop853{}, {.rtol = 1e-12});
-//     s.Phi            at the end, a column for each entry of q₀ and q̇₀
-//     s.Phi_at(1.5)    on the way
+//     s.Phi, s.Phi_at(1.5)        a column for each entry of q₀ and q̇₀, at the end and on the way
 //
-// Φ is integrated together with y by the same steps, from exact ∂f/∂y and ∂f/∂p (analysis/variations/equations.hpp).
-// It goes on through events: a jump of the state or of the equations multiplies Φ by its saltation matrix, and each event has the derivative
-// of its own time. On constraints Φ maps tangent vectors to tangent vectors. Its variables are q and q̇, not momenta.
-//
-// Parameters come in one of two ways.
-//
-//     p ↦ (T, V)       sensitivities([](const auto& p) { return Pendulum{p[0], p[1]}; }, p, start, t_end, …): a struct of the scalar of p with
-//                      members T and V, as acceleration_jacobian_wrt_parameters() has it. ∂q̈/∂p is exact and cheap.
-//     p ↦ problem      sensitivities([](const Eigen::VectorXd& p) { return problem(scene(…), start, events(…)); }, p, t_end, …): a family
-//                      whose members may differ in everything, numbers only: masses in T, springs, restitution, where an event lies and what
-//                      it does, where and when the motion begins. What of this has no formula in duals is differenced, with order six and from
-//                      values that are exact to rounding: some twelve digits. Six evaluations of f more for each parameter that f depends on,
-//                      two for one that only events or the start ask for.
-//
-// Functors that branch are watched, and Φ has the jump that a jump of f makes (analysis/variations/branches.hpp).
-//
-// What there is no derivative of is not made up. A run ends as not_differentiable at a motion that only grazes an event and at two simultaneous events
-// that act on each other. It does so too at an action with a kink or with another result at each call. The results before that are returned.
-//
-// Where the motion is stiff, CvodeBdf{} takes the steps: ∂f/∂y is the Jacobian of each column of Φ, too, and its matrix for y and k columns has 2n(k + 1) rows.
-//
-// To rounding, Taylor{} takes them (analysis/taylor_sensitivity.hpp): Φ is expanded in a power series with y. Over long times, Gauss{}
-// (analysis/gauss_sensitivity.hpp): the tangent map of a symplectic method is symplectic, too.
-//
-// Errors are controlled for y and Φ alike: options.atol holds for y, and for Φ per unit of what it is differentiated by. A parameter of size 1e9
-// (a stiffness in N/m) has derivatives of size 1e-9: take its logarithm, or a unit in which it is no giant. state_norm_limit holds for Φ, too.
-// {.controlled = false} leaves Φ out of it: a fifth fewer steps, and errors of Φ that nothing holds.
+// Φ is integrated with y by the same steps, from exact ∂f/∂y and ∂f/∂p (analysis/variations/equations.hpp). At an event
+// it is multiplied by a saltation matrix, and where a functor branches it has the jump that a jump of f makes
+// (analysis/variations/branches.hpp). On constraints it maps tangent vectors to tangent vectors. There is no derivative
+// where a motion only grazes an event, or where two events in one moment act on each other. Nor is there of an action
+// with a kink, or with another result at each call. The run then ends as not_differentiable, and returns what it had.
+// Steps are those of Dop853{} or Dopri5{}; CvodeBdf{} is for stiff motions, Taylor{} for results to rounding, Gauss{}
+// for long times.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -75,7 +54,7 @@ Problem<System, Start, EventList<Events...>> problem(System system, Start start,
 struct WithRespectTo {
   bool start = true;        ///< q and q̇ at the start, 2n columns (all of y, for a first-order system)
   bool start_time = false;  ///< the time of the start, one column behind them
-  bool controlled = true;   ///< steps are short enough for Φ; if not, Φ is what the steps of y make it, by Dop853 and Dopri5 alone
+  bool controlled = true;   ///< steps are short enough for Φ; if not, a fifth fewer, and nothing holds the errors of Φ: by Dop853 and Dopri5 alone
 };
 
 /// An event of a run and the derivative of its time.
@@ -315,6 +294,9 @@ auto sensitivities_of(Model model, const Start& start, const List& list, double 
 ///
 /// One run of size (2n)(1 + columns); one ∂f/∂y for each evaluation of f.
 ///
+/// Errors are controlled for y and Φ alike: options.atol holds for y, and for Φ per unit of what it is differentiated by. A parameter of size 1e9 (a
+/// stiffness in N/m) has derivatives of size 1e-9: take its logarithm, or a unit in which it is smaller. state_norm_limit holds for Φ, too.
+///
 /// @param system   as simulate() has it
 /// @param start    State{t, q, qdot}, or FirstOrderState{t, y}; on the constraints, if there are any
 /// @param method   Dop853{} or Dopri5{}, and where the motion is stiff CvodeBdf{} (integrate/cvode.hpp), Taylor{}
@@ -345,6 +327,9 @@ auto sensitivities(const EnergiesOf& energies_of, const P& p, const State<n>& st
 }
 
 /// The motion and its derivatives with respect to p, for a family of problems, which may differ in everything.
+///
+/// What has no formula in duals is differenced, with order six and from values that are exact to rounding: some twelve digits. Six evaluations of f more for
+/// each parameter that f depends on, two for one that only events or the start ask for.
 ///
 /// @param family  p ↦ problem(system or scene, start, events(…)) for a vector p of double
 /// @param wanted  which columns Φ has besides those of p; none, unless asked for

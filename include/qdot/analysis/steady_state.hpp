@@ -4,19 +4,16 @@
 // Equilibria of scenes, and steady motions
 // ========================================
 //
-// A scene can rest where all its forces balance, those of the effects and of the constraints among them:
-//
 //     ∂L/∂q + Q + Jᵀλ = 0 ,    φ(q) = 0           (q̇ = 0; and ż = 0 for the effects' own states)
 //
-// A *steady motion*, or relative equilibrium, is what looks the same at all times: coordinates that nothing depends on
-// turn at constant rates, and the others keep their values. A conical pendulum is one, a top that precesses regularly,
-// a hoop that rolls straight on. In the equations above q̇ then is the given vector of rates, and all of q̈ must
-// vanish.
+// are the conditions of rest. A *steady motion*, or relative equilibrium, looks the same at all times: coordinates that
+// nothing depends on turn at constant rates, and the others keep their values. A conical pendulum is one, a top that
+// precesses regularly, a hoop that rolls straight on. There q̇ is the given vector of rates, and all of q̈ must vanish.
 //
-// Newton's method solves all the equations at once with exact slopes (analysis/linear/rest_search.hpp). It goes to what
-// is near, stable or not. What nothing depends on (the place of a cart) keeps the value that it started with.
-//
-// Contacts are closed where they bear something, and open elsewhere; friction without a velocity sticks, so that what it can hold rests where it is.
+// Newton's method solves all equations at once with exact slopes (analysis/linear/rest_search.hpp). It goes to what is
+// near, stable or not. What nothing depends on, such as the place of a cart, keeps the value that it started with.
+// Contacts are closed where they bear something, and open elsewhere. Friction without a velocity sticks, so what it can
+// hold rests where it is.
 
 #include <optional>
 

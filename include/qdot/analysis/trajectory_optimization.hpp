@@ -4,23 +4,17 @@
 // Optimal motions: the cheapest way from one state to another with the inputs that there are
 // ==========================================================================================
 //
-//     min  ∫ ℓ(q, q̇, u, t) dt + Φ(q, q̇, t) at the end
-//
-// over all inputs u(t) within bounds that bring a scene (effects/input.hpp) from a state to another, in a given time or in a free one.
+//     min  ∫ ℓ(q, q̇, u, t) dt + Φ(q, q̇, t) at the end        over inputs u(t) within bounds (effects/input.hpp), in a given or free time
 //
 //     const auto cart = scene(mechanical_system<2>(CartPole{}), input("motor", 0));
 //     const auto swing = trajectory_optimization(cart, {.start = {0.0, {0, 0}, {0, 0}}, .end = {2.0, {1, pi}, {0, 0}}, .bounds = {{"motor", -20, 20}}},
 //                                                least_integral([](const auto&, const auto&, const auto& u) { return u[0] * u[0]; }));
-//     swing.input(0.3)            the force
-//     swing.at(0.3)               where the scene is then, by a run with error control
 //
-// The motion is sought on a mesh by collocation (analysis/optimal/collocation.hpp) with exact first and second derivatives of the scene, its inputs
-// and costs, as a sparse program that Ipopt solves. Then it is run, and the mesh refined until the run agrees (analysis/optimal/search.hpp). What is
-// found is a local optimum near the guess: of paths t ↦ q the straight line, if none is given.
-//
-// Where no motion meets all conditions, those that cannot be met are named, with what comes nearest.
-//
-// This header needs Ipopt: link qdot::optimal. Solve in one thread at a time, for Ipopt's linear solver may not be reentrant.
+// Ipopt solves a sparse program by collocation on a mesh (analysis/optimal/collocation.hpp), with exact first and
+// second derivatives. Then the motion is run, and the mesh refined until the run agrees (analysis/optimal/search.hpp).
+// What is found is a local optimum near the guess; of paths t ↦ q the straight line, if none is given. Conditions that
+// no motion meets are named, with what comes nearest. Link qdot::optimal, and solve in one thread at a time: Ipopt's
+// linear solver may not be reentrant.
 
 #include <algorithm>
 #include <cmath>

@@ -3,22 +3,18 @@
 //
 // q̈ and its derivatives with respect to q and q̇, which an implicit stepper asks for.
 //
-// The solution of the linear system is not differentiated. With the residual r(q, q̇, q̈) = M q̈ − rhs, which is zero on a motion, the
-// implicit function theorem gives
+//     ∂q̈/∂(q, q̇) = −M⁻¹ ∂r/∂(q, q̇)  at fixed q̈ ,        r(q, q̇, q̈) = M q̈ − rhs = 0 on a motion
 //
-//     ∂q̈/∂(q, q̇) = −M⁻¹ ∂r/∂(q, q̇)  at fixed q̈ ,
+// The implicit function theorem spares differentiating the solution: first derivatives of Lagrange's equations at known
+// accelerations are enough. They come in one of two ways. T and V are recorded and r is derived as lines. These are
+// kept for up to eight coordinates (mechanics/derive/kept_lines.hpp), and made at each call where n is known at run
+// time only. Nested duals, a direction at a time, take 2n passes: for functors that are no formulas, and for more than
+// eight coordinates if n is known at compile time. Where lines give no finite number, duals are asked as well: they
+// know that a constant has no derivative, however steep the root of it is. Runs ask a form
+// (mechanics/first_order_form.hpp).
 //
-// so first derivatives of Lagrange's equations at known accelerations are enough. Two ways:
-//
-//     lines         of up to eight coordinates, and of a number that is known at run time: T and V are recorded, ∂(r − M a)/∂(q, q̇) is derived once and
-//                   kept (mechanics/derive/kept_lines.hpp)
-//     nested duals  of functors that are no formulas, and of 9 to 64 coordinates outside of runs: a direction at a time, 2n passes
-//
-// Where lines give no number that is finite, duals are asked as well: they know that a constant has no derivative, however steep the root of it is.
-// What is not finite then is an error. Runs ask a form (mechanics/first_order_form.hpp).
-//
-// Tried and taken away: code that the compiler finds, for up to four coordinates, by T and V on dual numbers within a scalar of Lagrange's equations. It
-// was a fifth of the code that a program with an implicit method compiled. A record of dual numbers, swept forward and back, was a seventh.
+// Unrolled code of T and V on dual numbers was tried: a fifth of the code that a program with an implicit method
+// compiled. A record of dual numbers, swept forward and back, was a seventh. Both were taken away.
 
 #include <algorithm>
 #include <vector>

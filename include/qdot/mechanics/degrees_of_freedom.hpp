@@ -4,31 +4,17 @@
 // How many degrees of freedom?
 // ============================
 //
-// Before any energy is written down, the lecture counts. Describe every body by coordinates x that would be free without
-// constraints. In the plane a point has 2 and a body 3; in space a point has 3 and a body 6. Let their number be N, and write the
-// holonomic constraints as
+//     n = N − rank J ,      J = ∂φ/∂x        of φ(x, t) = 0, m equations for N coordinates
 //
-//     φ(x, t) = 0,     m equations.
-//
-// If they are independent, n = N − m. That "if" is the trap: a door with three hinges, a parallelogram
-// with a third bar, or the same equation written twice have more equations than constraints. What
-// counts is how many directions they really forbid. A velocity ẋ is allowed when J ẋ = −∂φ/∂t,
-// J = ∂φ/∂x, hence
-//
-//     n = N − rank J.
-//
-// J comes exact, by dual numbers, so its rank shows clearly. The singular values of independent rows are of the size of the
-// geometry; those of superfluous rows are about 1e-16. The rows are first scaled to length 1, because φ and 1000 φ are the same
-// constraint. Two results beside the count show how sure it is. One is the rows that add nothing to the rows before them; the
-// other is the gap, the smallest kept over the largest dropped singular value. A gap below 1000 means that the answer is a matter
-// of opinion: the geometry is close to a singular one.
-//
-// Take a configuration that satisfies the constraints and is not special. At a special one (a
-// stretched four-bar linkage, a pendulum's φ = (x² + y² − l²)² at any point) the rank drops, and the count
-// is too high. Counting at two configurations tells such cases apart.
-//
-// Constraints that speak of velocities, A(q) q̇ = 0, and are not integrable (integrability.hpp) do not
-// lower the number of coordinates; `rank_of_rows` of J and A stacked tells how many velocities are free.
+// N counts as if bodies were free: 2 for a point and 3 for a body in the plane, 3 and 6 in space. n = N − m holds only
+// for independent constraints: a door with three hinges, or a parallelogram with a third bar, has more equations than
+// constraints. J comes exact, by dual numbers, so its rank shows clearly: singular values of independent rows are of
+// the size of the geometry, others about 1e-16. Rows are first scaled to length 1, for φ and 1000 φ are the same
+// constraint. If the gap between kept and dropped singular values is below 1000, the geometry is close to a singular
+// one, and the count doubtful. At a special configuration the rank drops and the count is too high: a stretched
+// four-bar linkage, or φ = (x² + y² − l²)² at any point. Counting at two configurations shows it. Velocity constraints
+// A(q) q̇ = 0 that are not integrable (integrability.hpp) do not lower n; `rank_of_rows` of J and A stacked tells how
+// many velocities are free.
 
 #include <algorithm>
 #include <limits>

@@ -4,45 +4,17 @@
 // Inertia: how a mass distribution resists turning
 // ================================================
 //
-// Let the points P of a rigid body have masses m and let A be a point of the body.
-// If the body turns about A with angular velocity ω, P moves with ω × AP, and
+//     Σ ½ m |ω × AP|² = ½ ω · I_A ω,      I_A = Σ m [AP×]ᵀ[AP×] = Σ m (|AP|² E − AP APᵀ),      [a×] b = a × b
 //
-//     Σ ½ m |ω × AP|² = ½ ω · I_A ω,      I_A = Σ m [AP×]ᵀ[AP×] = Σ m (|AP|² E − AP APᵀ)
+// is the kinetic energy of a rigid body that turns about its point A with ω, P its points with masses m. The inertia
+// tensor I_A has the moments Σ m (distance from the axis)² on its diagonal. Off it are the products with a MINUS sign,
+// I_xy = −Σ m x y.
+//     I_A = I_G + M (|AG|² E − AG AGᵀ)        parallel axes (Huygens, Steiner), from or to the centre of mass G only
+//     R I Rᵀ                                  in new axes, where R takes components in the old ones to those in the new ones
 //
-// with [a×] b = a × b. I_A is the inertia tensor about A. On its diagonal are the moments of inertia Σ m (squared distance from
-// the axis). Off the diagonal are the products with a MINUS sign, I_xy = −Σ m x y; some books print the products without it.
-//
-// Changing the point (Huygens and Steiner, "parallel axes"). With G the centre of mass, total mass M:
-//
-//     I_A = I_G + M (|AG|² E − AG AGᵀ)
-//
-// The rule starts or ends at G, never goes from A to B directly: G is the point about which inertia
-// is least in every direction. Hence two functions, one for each way.
-//
-// Changing the axes: if R turns components in the old axes into components in the new ones, the
-// tensor in the new axes is R I Rᵀ.
-//
-// Which tensors are possible? I_xx + I_yy − I_zz = 2 Σ m z² ≥ 0 in every frame, thus the principal
-// moments are not negative and each is at most the sum of the other two. A symmetric positive
-// definite matrix that breaks this rule, say diag(1, 1, 3), belongs to no body made of positive
-// masses: `valid_inertia` refuses it.
-//
-// The table below is about the centre of mass unless the name says otherwise. The axis of
-// every body of revolution is z; rods lie along x, so that I_zz is the moment of planar problems.
-//
-//     thin_rod             M, L          (0, ML²/12, ML²/12)
-//     ring                 M, R          (MR²/2, MR²/2, MR²)                    also: hoop
-//     disk                 M, R          (MR²/4, MR²/4, MR²/2)
-//     cylinder             M, R, h       (M(3R² + h²)/12, same, MR²/2)
-//     hollow_cylinder      M, a, R, h    (M(3(a² + R²) + h²)/12, same, M(a² + R²)/2)     a inner, R outer
-//     cone                 M, R, h       (3M(4R² + h²)/80, same, 3MR²/10)       G is ¾h from the apex
-//     sphere               M, R          ⅖MR²
-//     spherical_shell      M, R          ⅔MR²
-//     hollow_sphere        M, a, R       ⅖M(R⁵ − a⁵)/(R³ − a³)
-//     hemisphere           M, R          (83MR²/320, same, ⅖MR²)                G is ⅜R from the flat face
-//     torus                M, R, a       (M(4R² + 5a²)/8, same, M(4R² + 3a²)/4)  a radius of the tube
-//     box                  M, a, b, c    M/12 (b² + c², c² + a², a² + b²)       full edge lengths
-//     ellipsoid            M, a, b, c    M/5 (b² + c², c² + a², a² + b²)        semi-axes
+// I_xx + I_yy − I_zz = 2 Σ m z² ≥ 0 in every frame, thus the principal moments are not negative and each is at most the
+// sum of the other two. A symmetric positive definite matrix that breaks this rule, say diag(1, 1, 3), belongs to no
+// body of positive masses: `valid_inertia` refuses it.
 
 #include <Eigen/Core>
 #include <Eigen/Eigenvalues>
@@ -254,12 +226,13 @@ inline void require_order(std::string_view body, double inner, double outer) {
 
 }  // namespace detail
 
-/// Homogeneous bodies: inertia tensors about the centre of mass in the body's own axes (table above).
+/// Homogeneous bodies: inertia tensors about the centre of mass in the body's own axes .
 ///
+/// The axis of every body of revolution is z; rods lie along x, so that I_zz is the moment of planar problems.
 /// All throw InvalidValue for a negative or non-finite mass or length.
 namespace inertia {
 
-/// Thin rod of length L along x, about its middle.
+/// Thin rod of length L along x, about its middle: (0, ML²/12, ML²/12).
 inline Eigen::Matrix3d thin_rod(double M, double L) {
   detail::require_sizes("thin_rod", {{"mass", M}, {"length", L}});
   return detail::diagonal(0.0, M * L * L / 12.0, M * L * L / 12.0);
@@ -270,7 +243,8 @@ inline Eigen::Matrix3d thin_rod_about_end(double M, double L) {
   return inertia_away_from_centre(thin_rod(M, L), M, Eigen::Vector3d(0.5 * L, 0.0, 0.0));
 }
 
-/// Hollow cylinder with radii inner ≤ outer and height h along z; inner = 0 is the solid one, inner = outer a tube.
+/// Hollow cylinder with radii inner ≤ outer and height h along z; inner = 0 is the solid one, inner = outer a tube:
+/// (M(3(a² + R²) + h²)/12, same, M(a² + R²)/2) with radii a and R.
 inline Eigen::Matrix3d hollow_cylinder(double M, double inner, double outer, double h) {
   detail::require_sizes("hollow_cylinder", {{"mass", M}, {"height", h}});
   detail::require_order("hollow_cylinder", inner, outer);
@@ -278,16 +252,16 @@ inline Eigen::Matrix3d hollow_cylinder(double M, double inner, double outer, dou
   return detail::diagonal(M * (3.0 * r2 + h * h) / 12.0, M * (3.0 * r2 + h * h) / 12.0, 0.5 * M * r2);
 }
 
-/// Solid cylinder of radius R and height h along z.
+/// Solid cylinder of radius R and height h along z: (M(3R² + h²)/12, same, MR²/2).
 inline Eigen::Matrix3d cylinder(double M, double R, double h) { return hollow_cylinder(M, 0.0, R, h); }
 
-/// Thin disk of radius R in the xy plane.
+/// Thin disk of radius R in the xy plane: (MR²/4, MR²/4, MR²/2).
 inline Eigen::Matrix3d disk(double M, double R) { return cylinder(M, R, 0.0); }
 
-/// Thin ring (hoop) of radius R in the xy plane.
+/// Thin ring (hoop) of radius R in the xy plane: (MR²/2, MR²/2, MR²).
 inline Eigen::Matrix3d ring(double M, double R) { return hollow_cylinder(M, R, R, 0.0); }
 
-/// Solid cone with base radius R and height h along z; its centre of mass is ¾h from the apex.
+/// Solid cone with base radius R and height h along z; its centre of mass is ¾h from the apex: (3M(4R² + h²)/80, same, 3MR²/10).
 inline Eigen::Matrix3d cone(double M, double R, double h) {
   detail::require_sizes("cone", {{"mass", M}, {"radius", R}, {"height", h}});
   const double side = 3.0 * M * (4.0 * R * R + h * h) / 80.0;
@@ -299,7 +273,7 @@ inline Eigen::Matrix3d cone_about_apex(double M, double R, double h) {
   return inertia_away_from_centre(cone(M, R, h), M, Eigen::Vector3d(0.0, 0.0, 0.75 * h));
 }
 
-/// Solid ellipsoid with semi-axes a, b, c along x, y, z.
+/// Solid ellipsoid with semi-axes a, b, c along x, y, z: M/5 (b² + c², c² + a², a² + b²).
 inline Eigen::Matrix3d ellipsoid(double M, double a, double b, double c) {
   detail::require_sizes("ellipsoid", {{"mass", M}, {"semi-axis a", a}, {"semi-axis b", b}, {"semi-axis c", c}});
   return detail::diagonal(0.2 * M * (b * b + c * c), 0.2 * M * (c * c + a * a), 0.2 * M * (a * a + b * b));
@@ -308,7 +282,7 @@ inline Eigen::Matrix3d ellipsoid(double M, double a, double b, double c) {
 /// Solid sphere of radius R: ⅖MR².
 inline Eigen::Matrix3d sphere(double M, double R) { return ellipsoid(M, R, R, R); }
 
-/// Thick spherical shell with radii inner ≤ outer; written so that inner = outer, the thin shell, is no special case.
+/// Thick spherical shell with radii inner ≤ outer, ⅖M(R⁵ − a⁵)/(R³ − a³) with radii a and R; written so that inner = outer, the thin shell, is no special case.
 inline Eigen::Matrix3d hollow_sphere(double M, double inner, double outer) {
   detail::require_sizes("hollow_sphere", {{"mass", M}});
   detail::require_order("hollow_sphere", inner, outer);
@@ -323,20 +297,21 @@ inline Eigen::Matrix3d hollow_sphere(double M, double inner, double outer) {
 /// Thin spherical shell of radius R: ⅔MR².
 inline Eigen::Matrix3d spherical_shell(double M, double R) { return hollow_sphere(M, R, R); }
 
-/// Solid half ball of radius R with its flat face normal to z; its centre of mass is ⅜R from the face.
+/// Solid half ball of radius R with its flat face normal to z; its centre of mass is ⅜R from the face: (83MR²/320, same, ⅖MR²).
 inline Eigen::Matrix3d hemisphere(double M, double R) {
   detail::require_sizes("hemisphere", {{"mass", M}, {"radius", R}});
   return detail::diagonal(83.0 / 320.0 * M * R * R, 83.0 / 320.0 * M * R * R, 0.4 * M * R * R);
 }
 
-/// Solid torus about z: R from the centre to the middle of the tube, a the radius of the tube.
+/// Solid torus about z: R from the centre to the middle of the tube, a the radius of the tube: (M(4R² + 5a²)/8, same,
+/// M(4R² + 3a²)/4).
 inline Eigen::Matrix3d torus(double M, double R, double a) {
   detail::require_sizes("torus", {{"mass", M}, {"radius", R}, {"tube radius", a}});
   const double side = M * (4.0 * R * R + 5.0 * a * a) / 8.0;
   return detail::diagonal(side, side, M * (4.0 * R * R + 3.0 * a * a) / 4.0);
 }
 
-/// Box with full edges a, b, c along x, y, z; c = 0 is a rectangular plate.
+/// Box with full edges a, b, c along x, y, z: M/12 (b² + c², c² + a², a² + b²); c = 0 is a rectangular plate.
 inline Eigen::Matrix3d box(double M, double a, double b, double c) {
   detail::require_sizes("box", {{"mass", M}, {"edge a", a}, {"edge b", b}, {"edge c", c}});
   return detail::diagonal(M * (b * b + c * c) / 12.0, M * (c * c + a * a) / 12.0, M * (a * a + b * b) / 12.0);

@@ -4,41 +4,16 @@
 // Is a velocity constraint holonomic?
 // ===================================
 //
-// Rolling gives constraints between velocities, linear in them:
+//     A(q) q̇ = 0 is holonomic   ⟺   da_i(X, Y) = 0   for all i and all X, Y with A X = A Y = 0, at every q,
+//     da_i(X, Y) = Σ_jk (∂a_ij/∂q_k − ∂a_ik/∂q_j) X_k Y_j        (Frobenius: a ∧ da = 0 of one row, a · curl a = 0 in space)
 //
-//     A(q) q̇ = 0            m rows, one for each constraint         a_i1 q̇_1 + … + a_in q̇_n = 0
-//
-// A disk rolling along a line has ẋ − R θ̇ = 0. That integrates to x − R θ = const: a holonomic
-// constraint in disguise, and one coordinate can go. A skate on ice has −ẋ sin θ + ẏ cos θ = 0. That
-// does not integrate: every position and direction can be reached, no coordinate can go, and the
-// constraint has to be carried along with a multiplier. To tell the two apart is step one of the
-// procedure, and guessing is not needed.
-//
-// A constraint integrates if there is an f(q) and an integrating factor μ with μ a·dq = df. Equality of
-// mixed derivatives of f, with μ eliminated, gives Frobenius' condition. Its geometric form: two
-// virtual displacements X, Y that the constraints allow, made one after the other in both orders, end
-// apart by something that the constraints allow too. With the exterior derivative
-//
-//     da_i(X, Y) = Σ_jk (∂a_ij/∂q_k − ∂a_ik/∂q_j) X_k Y_j
-//
-// the constraints A q̇ = 0 are all integrable together if and only if
-//
-//     da_i(X, Y) = 0   for all i and all X, Y with A X = A Y = 0, at every q.
-//
-// For one constraint this is a ∧ da = 0, in three coordinates a · curl a = 0; in one or two
-// coordinates there is nothing to test, a single constraint always integrates.
-//
-// The derivatives of A are exact (dual numbers), the allowed displacements come from an orthogonal
-// basis B of the null space of A, and the m matrices Bᵀ(da_i)B are the result. "At every q" becomes a
-// sample of points around the given one. One counterexample proves "not integrable"; agreement at all points is evidence only,
-// but strong evidence. A is analytic in mechanics, so the condition holds everywhere or fails almost everywhere.
-//
-// An explicit time, A(q, t) q̇ + b(q, t) = 0, is the same question one dimension higher, with t as the
-// last coordinate and b as its column.
-//
-// With several constraints some combination may integrate although all together do not. The rank of the m matrices is the number
-// of directions that open up by going back and forth once. If `opened` = 0, all constraints are holonomic. If `opened` = m, none
-// is, not even in combination; in between, at most m − opened are.
+// A disk that rolls along a line, ẋ − R θ̇ = 0, integrates to x − R θ = const, and one coordinate can go. A skate on
+// ice, −ẋ sin θ + ẏ cos θ = 0, does not: it reaches every place, and needs a multiplier. Two displacements that its
+// constraint allows, made in both orders, end apart by one that it forbids. A single constraint in one or two
+// coordinates always integrates. An explicit time, A(q, t) q̇ + b(q, t) = 0, is a last coordinate with b as its column.
+// Derivatives of A are exact; X, Y come from an orthogonal basis B of its null space, and Bᵀ(da_i)B are evaluated at q
+// and at points around it. One counterexample proves "not integrable". Agreement is evidence only, but strong: where A
+// is analytic, the condition holds everywhere or fails almost everywhere.
 
 #include <algorithm>
 #include <cmath>
@@ -67,7 +42,9 @@ struct IntegrabilityOptions {
 struct Integrability {
   bool holonomic = false;        ///< all the constraints integrate
   Eigen::Index constraints = 0;  ///< independent rows of A
-  Eigen::Index opened = 0;       ///< directions forbidden by A that motion back and forth opens
+  /// Directions forbidden by A that motion back and forth opens, the rank of the m matrices Bᵀ(da_i)B. With 0 all constraints are holonomic. With m none is,
+  /// not even in combination; in between, at most m − opened are.
+  Eigen::Index opened = 0;
   double residual = 0.0;         ///< largest |da_i(X, Y)| over allowed unit X, Y, relative to the derivatives of A
   Eigen::VectorXd where;         ///< the point of the largest residual
 };

@@ -1,16 +1,10 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Kinematic systems: the positions of masses are given, and T follows.
+// Kinematic systems: the positions of masses are given, and T = Σ ½ m ṙ·ṙ + ½ Ω·I Ω follows; no velocity is written.
 //
-//     const auto pendulum = kinematic_system<2>(
-//         [=](const auto& q, auto& bodies) {
-//           const auto r1 = vector(l1 * sin(q[0]), -l1 * cos(q[0]));
-//           const auto r2 = vector(r1[0] + l2 * sin(q[1]), r1[1] - l2 * cos(q[1]));
-//           bodies.point_mass(m1, r1);
-//           bodies.point_mass(m2, r2);
-//         },
-//         uniform_gravity(0.0, -9.81));
+//     const auto pendulum = kinematic_system<1>(
+//         [=](const auto& q, auto& bodies) { bodies.point_mass(m, vector(l * sin(q[0]), -l * cos(q[0]))); }, uniform_gravity(0.0, -9.81));
 //
 // The functor is called with q, or with q and t where something is moved by force, and places bodies:
 //
@@ -19,9 +13,8 @@
 //     bodies.rigid_body(m, I, r, R)         r: centre of mass; I: 3×3 about it, along the body's axes; R: rotation matrix
 //     bodies.rigid_body(body, r, R)         r: reference point of a RigidBody (rigid_body.hpp)
 //
-// R may be made of Euler angles, quaternions or anything else (rotation.hpp). No velocity is written. The result is a
-// system like any other, with T = Σ ½ m ṙ·ṙ + ½ Ω·I Ω, and everything that works for T and V works for it: energy and
-// momenta, effects, steppers, exact Jacobians.
+// R may be made of Euler angles, quaternions or anything else (rotation.hpp). The result is a system like any other:
+// energy and momenta, effects, steppers, exact Jacobians.
 
 #include <array>
 #include <type_traits>

@@ -5,18 +5,16 @@
 //
 //     q̈ = M⁻¹ (r + Q)                     accelerations, with applied forces Q
 //     M q̈ − Jᵀλ = r + Q ,  J q̈ = γ        with constraints (effects/rows/constrained_solve.hpp)
-//     M alone                             impacts, projections, momenta
 //
-// There are several ways to M and r: lines that are derived once (mechanics/derive/kept_lines.hpp), and a band, of more than 32 coordinates whose number is
-// known at run time (mechanics/equations/banded_equations.hpp). A caller passes an object `use` to with_mass_and_rhs(), and each way ends by calling it with
-// what it has found:
-//
+// M alone serves impacts, projections and momenta. M and r come by lines that are derived once
+// (mechanics/derive/kept_lines.hpp), or as a band, of more than 32 coordinates whose number is known at run time
+// (mechanics/equations/banded_equations.hpp). A caller passes an object `use` to with_mass_and_rhs(), which calls it
+// with what it has found; `use` may overwrite that:
 //     use.full(at, M, r)               lower triangle and r
 //     use.rows<blocks>(at, n, M, r)    rows of 4·blocks numbers, lower triangle of blocks, and r
 //     use.banded(at, M, r)             the band of a BandedMatrix, and r; where n is known at run time only
-//
-// All may be overwritten. `use` returns false where it does not like what it sees, a pivot that is not positive, a number that is not
-// finite. Then, and where there is no way at all, the general one by nested duals (mechanics/equations/lagrange_terms.hpp) looks again and names what is wrong.
+// `use` returns false for a pivot that is not positive, or a number that is not finite. Then, and where there is no
+// such way, nested duals (mechanics/equations/lagrange_terms.hpp) evaluate M and r again and name what is wrong.
 
 #include <algorithm>
 #include <cmath>

@@ -8,7 +8,7 @@
 //     template <class S> struct Pendulum { S m, l, g;  auto T(…) const;  auto V(…) const; };
 //     const auto made = [](const auto& p) { return Pendulum<…Scalar of p…>{p[0], p[1], p[2]}; };
 //
-// As for the states (equations_of_motion.hpp) the solution of the linear system is not differentiated. With r = M q̈ − rhs,
+// As for the states (acceleration_jacobian.hpp) the solution of the linear system is not differentiated. With r = M q̈ − rhs,
 // the equations of motion r(p, q̈) = 0 give
 //
 //     ∂q̈/∂p = −M⁻¹ ∂r/∂p   at fixed q, q̇, q̈ ,

@@ -4,30 +4,17 @@
 // Kinetic energy of a rigid body
 // ==============================
 //
-// Every point P of a rigid body moves with v_P = v_A + ω × AP, where A is any point of the body. Put
-// this into Σ ½ m v_P² and sort by powers of ω:
+//     T = ½ M v_A·v_A  +  M v_A·(ω × AG)  +  ½ ω·I_A ω        any point A
+//     T = ½ M v_G·v_G  +  ½ ω·I_G ω                           the centre of mass G (Koenig); ½ ω·I_A ω where A rests
 //
-//     T = ½ M v_A·v_A  +  M v_A·(ω × AG)  +  ½ ω·I_A ω                              (any point A)
+// follow from v_P = v_A + ω × AP, with Σ m AP = M AG and Σ m |ω × AP|² = ω·I_A ω (inertia.hpp). Two mistakes are common:
+// to drop the middle term at a general A, and to give it the sign of AG × ω. `rigid_body.test.cpp` has the numbers of
+// both.
 //
-// because Σ m = M, Σ m AP = M AG and Σ m |ω × AP|² = ω·I_A ω (inertia.hpp). Two choices of A shorten it.
-// At the centre of mass, A = G, the middle term is gone (Koenig's theorem):
-//
-//     T = ½ M v_G·v_G  +  ½ ω·I_G ω
-//
-// and about a point that rests, v_A = 0, only ½ ω·I_A ω is left. Two mistakes are common: to keep A
-// general and drop the middle term, and to give it the sign of AG × ω. `rigid_body.test.cpp` has the
-// numbers that they would give.
-//
-// All vectors and the tensor must be in the same axes; which axes is free, because T is a scalar. Body
-// axes keep I_A and AG constant, space axes are usual for v_A. So a body is three constants in its own axes,
-//
-//     M,   AG,   I_A        mass, centre of mass seen from the reference point A, inertia about A
-//
-// and its motion is a position r_A(q) and a rotation R(q). `kinetic_energy_of_body` takes these
-// two functions and differentiates them itself (velocity.hpp, rotation.hpp).
-//
-// M, M AG and I_A are sums over points, so they add up for bodies that are fixed to each other. `compound` does that, for a
-// pendulum of two rods and a disk for example.
+// All vectors and the tensor must be in the same axes, whichever. Body axes keep I_A and AG constant. So a body is M, AG
+// (the centre of mass seen from the reference point A) and I_A in its own axes, and its motion a position r_A(q) and a
+// rotation R(q). `kinetic_energy_of_body` takes these two functions and differentiates them itself (velocity.hpp,
+// rotation.hpp). M, M AG and I_A are sums over points, so `compound` adds them up for bodies that are fixed to each other.
 
 #include <cmath>
 #include <initializer_list>

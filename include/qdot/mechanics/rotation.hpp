@@ -4,32 +4,16 @@
 // Rotation and angular velocity
 // =============================
 //
-// A rotation matrix R turns body components into space components: its columns are the body's axes,
-// seen from space, RᵀR = E and det R = 1. A point P of the body with components p (constant) is at
+//     r = r_A + R p ,     ṙ = ṙ_A + (Ṙ Rᵀ) (R p) ,     RᵀR = E ,  det R = 1                  ┌  0  −c   b ┐
+//     [ω×] = Ṙ Rᵀ   components along the space axes,        ṙ = ṙ_A + ω × AP          [a×] = │  c   0  −a │
+//     [Ω×] = Rᵀ Ṙ   components along the body axes,         ω = R Ω                          └ −b   a   0 ┘  of (a, b, c)
 //
-//     r = r_A + R p,     so     ṙ = ṙ_A + Ṙ p = ṙ_A + (Ṙ Rᵀ) (R p) .
-//
-// Differentiating RRᵀ = E shows that Ṙ Rᵀ is antisymmetric. An antisymmetric 3×3 matrix is a cross
-// product in disguise, [ω×], and this is what angular velocity *is*:
-//
-//     [ω×] = Ṙ Rᵀ   components along the space axes,        ṙ = ṙ_A + ω × AP
-//     [Ω×] = Rᵀ Ṙ   components along the body axes,         ω = R Ω
-//
-//               ┌  0  −c   b ┐
-//     [a×]  =   │  c   0  −a │   for the vector (a, b, c).
-//               └ −b   a   0 ┘
-//
-// So ω needs no formula per set of angles. Write R(q) with any coordinates, and `angular_velocity_of`
-// evaluates it on dual numbers (velocity.hpp) and reads ω off ṘRᵀ. Use space components with an
-// inertia tensor in space axes, body components with the constant one in body axes.
-//
-// Ways to write R, all generic in the scalar so that they work inside T:
-//
-// - Euler angles: three turns about axes of the turning body, R = R_i(a) R_j(b) R_k(c). The lecture's
-//   3-1-3 (precession φ, nutation θ, spin ψ) and the 3-2-1 of vehicles (yaw, pitch, roll) are the two
-//   usual of twelve. Every set has a *gimbal lock* where its axes fall together and q̇ no longer follows
-//   from ω: sin θ = 0 for i-j-i, cos b = 0 for i-j-k. There M is singular, and the library throws SingularMassMatrix.
-// - Quaternions: four numbers, no lock. R(p) below divides by |p|², hence any p ≠ 0 is a rotation.
+// R turns body components p of a point into space components. R Rᵀ = E differentiated shows that Ṙ Rᵀ is antisymmetric, a
+// cross product: this is what angular velocity *is*. So ω needs no formula per set of angles: `angular_velocity_of`
+// evaluates R(q) on dual numbers (velocity.hpp) and reads ω off. Space components go with an inertia tensor in space axes,
+// body components with the constant one in body axes. Ways to write R, all generic in the scalar so that they work inside T:
+// - Euler angles, R = R_i(a) R_j(b) R_k(c): 3-1-3 (precession, nutation, spin), 3-2-1 (yaw, pitch, roll), and ten more.
+// - Quaternions: four numbers, no gimbal lock. R(p) divides by |p|², hence any p ≠ 0 is a rotation.
 // - The rotation vector (axis times angle), R = exp [v×]: regular around v = 0, locked at |v| = 2π.
 
 #include <cmath>
@@ -124,6 +108,9 @@ Matrix<S, 2> planar_rotation(const S& angle) {
 
 /// R = R_i(a) R_j(b) R_k(c): first by a about space axis i, then by b about the turned axis j, then by c
 /// about the twice turned axis k. All twelve sets of Euler angles: euler_rotation<3, 1, 3>(phi, theta, psi).
+///
+/// Every set has a *gimbal lock* where its axes fall together and q̇ no longer follows from ω: sin θ = 0 for i-j-i, cos b = 0 for i-j-k. There M is
+/// singular, and the library throws SingularMassMatrix.
 template <int i, int j, int k, class S>
 auto euler_rotation(const S& a, const S& b, const S& c) {
   static_assert(i != j && j != k, "qdot::euler_rotation: two neighbouring axes must differ, or two angles do the work of one");

@@ -1,13 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A mechanical system is two functors,
-//
-//     T   kinetic energy        V   potential energy,
-//
-// and a number of coordinates. Everything else in this library is computed from these.
-//
-// Notation and signs, obeyed by every header:
+// A mechanical system is two functors, T and V, and a number of coordinates. Everything else is computed from these.
 //
 //     quantity                                 math                code             shape
 //     coordinates, velocities, accelerations   q, q̇, q̈             q, qdot, qddot   n
@@ -16,8 +10,8 @@
 //     generalized forces, Rayleigh function    Q = −∂R/∂q̇          Q, R             n, 1
 //     constraints, Jacobian, multipliers       φ(q,t) = 0, J, λ    phi, J, lambda   m, m×n, m
 //
-// With constraints M q̈ = rhs + Jᵀλ, so that Jᵀλ is the force of the constraint *on* the system.
-// Angles are in rad, everything else in whatever consistent units the user has.
+// Every header obeys this notation and these signs. With constraints M q̈ = rhs + Jᵀλ, so that Jᵀλ is the force of the
+// constraint *on* the system. Angles are in rad, everything else in whatever consistent units the user has.
 
 #include <concepts>
 #include <initializer_list>

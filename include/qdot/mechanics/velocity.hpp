@@ -4,30 +4,17 @@
 // Velocity from position: ẋ is not written by hand
 // ================================================
 //
-// The lecture writes the position of every point with the generalized coordinates, r = r(q, t), and
-// then differentiates,
+//     ṙ = Σ_i (∂r/∂q_i) q̇_i + ∂r/∂t = J(q, t) q̇ + ∂r/∂t        is the ε part of r at        q_i + q̇_i ε,   t + 1 ε .
 //
-//     ṙ = Σ_i (∂r/∂q_i) q̇_i + ∂r/∂t = J(q, t) q̇ + ∂r/∂t .
-//
-// On paper this is where the errors are made. It is also exactly what a dual number does: put
-//
-//     q_i + q̇_i ε,   t + 1 ε
-//
-// into r, and the ε part of the result is ṙ. One evaluation of r, no Jacobian, no approximation.
-// Whatever r returns comes back: a number, a vector, a rotation matrix.
-//
+// One evaluation of r(q, t), no Jacobian, no approximation, and no derivation on paper, where errors are made. What r
+// returns comes back: a number, a vector, a rotation matrix.
 //     const auto T = [](const auto& q, const auto& qdot) {
 //       const auto position = [](const auto& x) { return vector(x[0] * cos(x[1]), x[0] * sin(x[1])); };
 //       return 0.5 * velocity_of(position, q, qdot).squaredNorm();         // ½ (ṙ² + r²φ̇²)
 //     };
-//
-// It works inside T because duals nest. Lagrange's equations evaluate T on scalars S that carry derivatives themselves. Then r is
-// evaluated on Dual<S, 1>, and ṙ comes back as S with all of these derivatives. The inner ε has a tag of its own, so that it
-// cannot be taken for an outer one.
-//
-// Once more around gives the acceleration, r̈ = J q̈ + J̇ q̇ + …, from
-//
-//     (q + q̇ ε₁) + (q̇ + q̈ ε₁) ε₂ .
+// It works inside T because duals nest. Where T is evaluated on a scalar S with derivatives, r is evaluated on
+// Dual<S, 1>, and ṙ comes back as S with all of them. The inner ε has a tag of its own, so that it cannot be taken for
+// an outer one. Once more around gives the acceleration, r̈ = J q̈ + J̇ q̇ + …, from (q + q̇ ε₁) + (q̇ + q̈ ε₁) ε₂.
 
 #include <type_traits>
 #include <utility>

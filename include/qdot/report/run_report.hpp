@@ -3,19 +3,18 @@
 //
 // A page of any run, in one line:
 //
-//     const auto run = simulate(scene, start, 10.0, Dop853{}, {}, events(floor));
-//     write_report("swing.html", scene, run);
+//     write_report("swing.html", scene, simulate(scene, start, 10.0, Dop853{}, {}, events(floor)));
 //
-// It has plots of all coordinates, velocities, states of controllers and energies, the events as marks in them, and what the run cost. Given a View,
-// which says where points are and what is drawn on them (animation.hpp), it has a moving picture, too, and on request arrows of forces in it.
+// It has plots of coordinates, velocities, states of controllers and energies, the events as marks in them, and what the run
+// cost. With a View (points and what is drawn on them, animation.hpp) it has a moving picture, and arrows of forces on request.
 //
-// Forces of constraints and effects are generalized ones, Q, one for each coordinate; a picture wants them at points r₁(q), r₂(q), …. Forces F₁, F₂, … there
-// do the same work on every displacement δq if
+// Forces of constraints and effects are generalized ones, Q; a picture wants them at points r₁(q), r₂(q), …. Forces F₁, F₂, …
+// there do the same work on every displacement δq if
 //
 //     Σᵢ (∂rᵢ/∂q)ᵀ Fᵢ = Q ,
 //
-// and of all that do, the arrows show the smallest. Of a mass whose coordinates are its place that is the force itself; the torque τ on an arm of length l
-// becomes τ/l across its end. What moves no such point has no arrow. ∂r/∂q is taken by differences, which is good for a picture and nothing else.
+// and of all that do, the arrows show the smallest: the torque τ on an arm of length l becomes τ/l across its end. What moves
+// no such point has no arrow. ∂r/∂q is taken by differences, which is good for a picture and nothing else.
 
 #include <algorithm>
 #include <cmath>

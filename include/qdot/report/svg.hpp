@@ -3,19 +3,17 @@
 //
 // Line plots as SVG text.
 //
-// The label of the y axis stands above the axis and reads horizontally, beside the legend; the curves keep the width.
-//
 //     title
-//     y label                      — curve   — curve
-//     ×10⁻¹³
+//     y label                      — curve   — curve         the label stands above the axis, beside the legend,
+//     ×10⁻¹³                                                 so that the curves keep the width
 //      2 ┤    ╭─╮
 //      1 ┤ ╭──╯ ╰───
 //      0 ┼────┬────┬────
 //        0    1    2          t [s]
 //
-// Curves with far more points than pixels are thinned so that nothing visible is lost. Within each quarter of a pixel the first,
-// lowest, highest and last point stay; of dots (Series::dots) one in each tenth of a pixel. Of marks one in each pixel is drawn.
-// Colours are CSS variables (theme.hpp), so one file serves light and dark.
+// Curves with far more points than pixels are thinned so that nothing visible is lost. Within each quarter of a pixel
+// the first, lowest, highest and last point stay; of dots (Series::dots) one in each tenth of a pixel, of marks one in
+// each pixel. Colours are CSS variables (theme.hpp), so one file serves light and dark.
 
 #include <algorithm>
 #include <array>

@@ -3,28 +3,18 @@
 //
 // A formula as a graph, and its derivatives as more graph.
 //
-// A Taylor series of the motion needs Lagrange's equations not as numbers at one state, but as a
-// recipe that can be carried out on power series. So the energies are run once through a scalar that
-// computes nothing and writes down every operation (ad/formula/recording.hpp). What it writes is this graph:
+//     constant c          affine ca·a + cb·b + c        quotient a / b        function f(a), or f(a, b)
+//     variable x_index    product a · b                 power    aᶜ
 //
-//     node              value                             node              value
-//     constant          c                                 quotient          a / b
-//     variable          x_index                           power             aᶜ
-//     affine            ca·a + cb·b + c                   function          f(a), or f(a, b)
-//     product           a · b
+// A Taylor series of the motion needs Lagrange's equations as operations on power series. So the energies are run once
+// through a scalar that writes down every operation (ad/formula/recording.hpp). A formula that occurs twice is one node
+// (hash-consing). Making a node simplifies it: constants are folded, factors move outwards, roots and quotients become
+// powers. So 1/√(x² + y²) differentiated is −x (x² + y²)^(−3/2) with one power. Coefficients may be such as are
+// compared up to rounding (ad/formula/coefficient.hpp), for formulas that are multiplied out.
 //
-// Every node is made once: a formula that occurs twice is the same node (hash-consing), so the cosine
-// that T and V have in common is computed once. Making a node also simplifies it: constants are folded, factors move outwards,
-// roots and quotients become powers, and powers of one base are multiplied. So 1/√(x² + y²) differentiated is −x (x² + y²)^(−3/2)
-// with one power and not a tower of quotients.
-//
-// The numbers in a graph, coefficients, may be such as are compared up to rounding (ad/formula/coefficient.hpp), for formulas that are multiplied out.
-//
-// Differentiation walks the graph backwards from an output and adds nodes for the chain rule (reverse mode). All partial
-// derivatives of one output cost a few times the nodes of the output. The result is graph again, and can be differentiated again.
-//
-// A function's derivative is f′(a) = a *slope* node z. For series that is all there is to know about f:
-// w = f(u) has w˙ = z u˙, hence  k w_k = Σ_{j=1…k} (j u_j) z_{k−j}  (ad/series/sweep.hpp).
+// Differentiation walks back from an output and adds nodes for the chain rule (reverse mode). All partial derivatives
+// of one output cost a few times its nodes, and can be differentiated again. A function w = f(a) has a *slope* node
+// z = f′(a), which is all that series need: w˙ = z a˙ (ad/series/sweep.hpp).
 
 #include <algorithm>
 #include <bit>

@@ -5,17 +5,14 @@
 //
 //     x ∈ [a, b],  y ∈ [c, d]      x + y ∈ [a + c, b + d],     x y ∈ [min, max] of the products of the ends,     sin x ∈ …
 //
-// Fed to a formula like any other scalar, an interval returns bounds that hold for every choice of arguments inside. They prove what
-// no number of samples can: that a function has no zero within a step, or that a force that depends on time alone stays what it is.
-// Bounds are too wide where an argument occurs more than once (x − x is [a − b, b − a]), by an amount that shrinks with the
-// interval: halve it and ask again. Dual<Interval, 1> bounds a function and its derivative together.
-//
-// Every result is widened by four rounding units and by the smallest double. That covers the rounding of arithmetic and of the
-// functions of a common <cmath> (errors of up to two units). A function with an edge is bounded over the part of the interval where it
-// is defined: sqrt of [−1, 4] is [0, 2]. Where there is no such part, and where there is a pole inside, the bounds are infinite.
-//
-// A comparison is answered where every choice inside gives the same answer; otherwise it throws Undecided, for a formula with a branch
-// is then not one formula.
+// An interval is fed to a formula like any other scalar. The bounds hold for every choice of arguments inside, so they
+// prove what no number of samples can: that a function has no zero within a step. Dual<Interval, 1> bounds a function
+// and its derivative together. Bounds are too wide where an argument occurs more than once (x − x is [a − b, b − a]),
+// by an amount that shrinks with the interval: halve it and ask again. Every result is widened by four rounding units
+// and the smallest double, which covers arithmetic and the functions of a common <cmath> (errors of up to two units). A
+// function with an edge is bounded over the part where it is defined: sqrt of [−1, 4] is [0, 2]. Where there is no such
+// part, and around a pole, the bounds are infinite. A comparison that not every choice inside answers alike throws
+// Undecided, for a formula with a branch is then not one formula.
 
 #include <Eigen/Core>
 #include <algorithm>

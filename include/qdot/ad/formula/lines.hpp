@@ -1,21 +1,20 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A formula carried out line by line.
-//
-// What a graph (ad/formula/graph.hpp) says becomes a table of lines,
+// A formula carried out line by line: a graph (ad/formula/graph.hpp) as a table of lines,
 //
 //     x₇ = x₃ x₅,     x₈ = sin x₀, x₉ = cos x₀,     x₁₀ = 2 x₇ − x₈,   …
 //
-// and carry_out() goes through it from operation to operation. A line costs one or two nanoseconds beside what it computes, so a product that is asked for
-// in one sum only is part of the sum's line: x₁₀ = x₃ x₅ − x₈, x₁₁ = x₁ x₂ + x₃ x₄.
+// A line costs one or two nanoseconds beside what it computes, so a product that is asked for in one sum only is part
+// of the sum's line: x₁₁ = x₁ x₂ + x₃ x₄.
 //
-// Many bodies are many equal lines. x₁₀₀ = x₁ − x₀, x₁₀₁ = x₂ − x₁, x₁₀₂ = x₃ − x₂ … is one *run*: an operation, how many there are, and where each of
-// its three places begins and how it steps on. A run is a loop over arrays, as one would write by hand, so that a lattice of a million masses has as
-// many lines as one mass has operations. Where places do not step on evenly, or factors differ, a run has a list of them.
+// Many bodies are many equal lines. x₁₀₀ = x₁ − x₀, x₁₀₁ = x₂ − x₁, x₁₀₂ = x₃ − x₂ … is one *run*: an operation, how
+// many there are, and where each of its three places begins and how it steps on. A run is a loop over arrays, so a
+// lattice of a million masses has as many lines as one mass has operations. Where places do not step on evenly, or
+// factors differ, it has a list.
 //
-// Products are not fused with sums, whatever the compiler may do elsewhere (-mfma, -march=native, AArch64). So results are the same to the bit with all
-// options, and by machine code (ad/native/line_evaluator.ipp).
+// Products are not fused with sums, whatever the compiler may do elsewhere (-mfma, -march=native, AArch64). So results
+// are the same to the bit with all options, and by machine code (ad/native/line_evaluator.ipp).
 
 #include <cmath>
 #include <cstddef>

@@ -3,21 +3,17 @@
 //
 // How fast a formula changes with time, over a whole stretch of time at once.
 //
-// A push of a thousandth of a second within hours of rest is found by no number of samples. But a formula that was recorded as a graph
-// (ad/formula/recording.hpp) says of what it is made, and its nodes that depend on time alone are functions u(t) of one variable. Intervals
-// (ad/formula/interval.hpp) bound such a u and its rate over [a, b],
+// A push of a thousandth of a second within hours of rest is found by no number of samples. But the nodes of a recorded
+// formula (ad/formula/recording.hpp) that depend on time alone are functions u(t), and intervals bound them over [a, b]:
 //
 //     u ∈ U ,   du/dt ∈ D ,        so that a stretch of      4 width(U) / max |D|      can hide nothing of u .
 //
-// For sin Ωt that is 4/Ω or more, for a bell of width w the same with w; for a polynomial it is about b − a. Where u only rises or only
-// falls the end of a step feels it, and the stretch may be four times as long. What is too wide shrinks where [a, b] is halved.
-//
-// Which nodes. Those that are no sums (of a sum, the summands), and whose value leaves time: (t − 8)² inside of an exponential is of
-// no interest, the exponential is. A quotient by something of time counts as its inverse. So do functions of state and time together,
-// f(q − ct), with q on the straight way that q̇ points to.
-//
-// What does not matter. Reverse differentiation with the largest slopes bounds how much u can change what finally depends on it, beside
-// the size that this has. Where that is less than the accuracy asked for, u does not matter.
+// For sin Ωt that is 4/Ω or more; for a bell of width w the same with w. Where u only rises or only falls it may be four
+// times as long, for the end of a step feels it. What is too wide shrinks where [a, b] is halved. Nodes are watched that
+// are no sums (of a sum, the summands) and whose value leaves time: not (t − 8)² inside of an exponential, but the
+// exponential. A quotient by something of time counts as its inverse. So do functions of state and time together,
+// f(q − ct), with q on the straight way that q̇ points to. Reverse differentiation with the largest slopes bounds how
+// much u can change what finally depends on it; where that is less than the accuracy asked for, u is left out.
 
 #include <algorithm>
 #include <cmath>

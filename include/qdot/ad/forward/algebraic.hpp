@@ -3,22 +3,17 @@
 //
 // The algebraic functions of dual numbers: roots, powers, magnitudes, the larger and the smaller.
 //
-// Each is one line of the same chain rule,
+//     f(a + bε) = f(a) + f′(a) b ε        the formula above each function is its f′
 //
-//     f(a + bε) = f(a) + f′(a) b ε ,
-//
-// so the formula above each function is its f′. The functions are found by argument-dependent
-// lookup: a model that says `using std::sin;` and then `sin(x)` computes with plain numbers and
-// with duals alike.
-//
-// Where f′ is infinite (√0, ∛0, the angle of the origin) or undefined (|x| at 0, max at a tie) the value is still right, and the
-// derivative follows these rules. An infinite slope is infinite, unless the tangent it multiplies is zero, which stays zero (a
-// constant has no derivative). |x| and max take the slope of the side that the comparison of values selects. |x| at 0 takes that
-// of x, and max at a tie with a constant that of the other: max(0, x) and max(x, 0) are the same. Powers are exact where
-// mechanics needs them: pow(x, k) and pow(x, 2.0) are differentiable at x = 0, without a logarithm.
-//
-// Where f has no value, it has no slope: ln x of a negative x is NaN, and so is its derivative, although 1/x would be a number.
-// So a force cannot outlive the energy that it is the slope of.
+// They are found by argument-dependent lookup: a model that says `using std::sin;` and then `sin(x)` computes with
+// plain numbers and with duals alike. Where f′ is infinite (√0, ∛0, the angle of the origin) or undefined (|x| at 0,
+// max at a tie) the value is still right, and the derivative follows these rules:
+// - An infinite slope is infinite, unless the tangent it multiplies is zero, which stays zero: a constant has no derivative.
+// - |x| and max take the slope of the side that the comparison of values selects. |x| at 0 takes that of x, and max at a tie
+//   with a constant that of the other: max(0, x) and max(x, 0) are the same.
+// - pow(x, k) and pow(x, 2.0) are differentiable at x = 0, without a logarithm.
+// - Where f has no value, it has no slope: ln x of a negative x is NaN, and so is its derivative, although 1/x would be a
+//   number. So a force has no value where its potential energy has none.
 
 #include <cmath>
 #include <concepts>

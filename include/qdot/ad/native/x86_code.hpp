@@ -3,20 +3,18 @@
 //
 // The instructions of x86-64 that lines of a formula need, as bytes.
 //
-// Each is an operation on doubles: d = a ∘ b, where b is a register or a number in memory. With AVX an instruction names all three,
+// Each is an operation on doubles: d = a ∘ b, where b is a register or a number in memory. With AVX an instruction names
+// all three,
 //
 //     VEX   C5 | R̄ v̄v̄v̄v̄ L pp | opcode | ModRM                  where b is a register below 8 or in memory at a register below 8
 //           C4 | R̄X̄B̄ mmmmm | W v̄v̄v̄v̄ L pp | opcode | ModRM      otherwise
 //
-// and without it d = d ∘ b, with a copied to d before. v is a, R and B are the fourth bits of d and b, pp = 3 means scalar doubles. A place in
-// memory is a register and a distance: 8 bits where it fits, otherwise 32.
-//
-// The same operations on four doubles at once have L = 1 and pp = 1. On eight, with AVX-512, there are 32 registers, whose fifth bits R', X and V' are
-// in a prefix of its own, and distances of 8 bits count in 64 bytes:
+// and without it d = d ∘ b, with a copied to d before. v is a, R and B are the fourth bits of d and b, pp = 3 means scalar
+// doubles. A place in memory is a register and a distance: 8 bits where it fits, otherwise 32. On four doubles L = 1 and
+// pp = 1. On eight, with AVX-512, there are 32 registers (fifth bits R', X, V'), and distances of 8 bits count in 64 bytes:
 //
 //     EVEX  62 | R̄X̄B̄R̄' 0 mmm | W v̄v̄v̄v̄ 1 pp | z L'L b V̄' aaa | opcode | ModRM
-//
-// Instructions and their encodings: Intel, Software Developer's Manual, volume 2.
+// (Intel, Software Developer's Manual, volume 2.)
 
 #include <cstddef>
 #include <cstdint>

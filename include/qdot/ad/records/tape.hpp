@@ -3,23 +3,17 @@
 //
 // Gradients of functions of thousands of variables, at the cost of a few evaluations.
 //
-// Forward derivatives cost one direction for each variable. Backward, each operation y = f(a, b) is written down with its
-// two partial derivatives, and one sweep from the result to the variables multiplies them up:
+//     ā += ȳ ∂f/∂a ,     b̄ += ȳ ∂f/∂b        for each operation y = f(a, b), in one sweep back from 1 at the result
 //
-//     ā += ȳ ∂f/∂a ,     b̄ += ȳ ∂f/∂b ,     starting from 1 at the result.
-//
-// The numbers themselves may be duals: then the sweep gives the gradient and its derivative along their directions.
-//
-// The tape sees besides which variables meet. Second derivatives arise where values are multiplied or put through a function. So
-// |i − j| of any nonzero ∂²f/∂x_i∂x_j is at most the widest range of variables in an operation that is not linear: the `reach` of
-// the tape. A sum over neighbours has a small one, however long it is.
-//
-// Plain numbers have a tape of their own, where only that is written down in which two meet that depend on different variables or operations. What
-// is done to one alone is kept beside it, as its slope: to add a term ½ m v² is one operation, the sum. (With duals that would be dearer: a product
-// for the slope costs as much as one in the sweep.) These count degrees, too, so that a quadratic function is known to be one, everywhere, when
-// nothing was compared on the way, and a quadratic form without other terms.
-//
-// The functions of <cmath> are in ad/records/reverse.hpp.
+// Forward derivatives cost one direction for each variable. Here operations are written down with their partial
+// derivatives. The numbers may be duals: then the sweep gives the gradient and its derivative along their directions.
+// (For the functions of <cmath> see ad/records/reverse.hpp.) The tape also sees which variables meet in a product or a
+// function. |i − j| of any nonzero ∂²f/∂x_i∂x_j is at most the widest range of variables in an operation that is not
+// linear: its `reach`, small for a sum over neighbours. Plain numbers have a tape of their own. There an operation is
+// written down only where two meet that depend on different variables or operations. What is done to one alone is kept
+// beside it as its slope: to add ½ m v² is one operation, the sum. (With duals a product for the slope costs as much as
+// one in the sweep.) These count degrees, too: a quadratic function is known to be one everywhere, if nothing was
+// compared on the way, and so is a quadratic form without other terms.
 
 #include <algorithm>
 #include <cstddef>

@@ -1,42 +1,20 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Power series through a graph, order by order.
+// Power series through a graph, order by order: x(s) = Σ x_k sᵏ of every node, from orders up to k − 1 and the variables' k.
 //
-// Every node's value along the motion is a power series x(s) = Σ x_k sᵏ. If all series are known to order
-// k − 1 and the variables to order k, every node follows to order k:
-//
-//     affine      w_k = Σ c x_k
-//     product     w_k = Σ_{j=0…k} a_j b_{k−j}
+//     affine      w_k = Σ c x_k                                 product     w_k = Σ_{j=0…k} a_j b_{k−j}
 //     quotient    w_k = (a_k − Σ_{j=1…k} b_j w_{k−j}) / b₀
 //     power aᶜ    w_k = Σ_{j=1…k} ((c + 1) j/k − 1) a_j w_{k−j} / a₀           from a w˙ = c w a˙
 //     function    w_k = Σ_{j=1…k} (j/k) a_j z_{k−j},  z the slope node         from   w˙ = z a˙
 //
-// So p orders cost about p²/2 multiplications per node that is not affine, and no transcendental function
-// beyond order 0. This header turns a graph into a list of such steps and carries them out.
-//
-// Two passes per order. In each sum the terms with j = 1 … k − 1 hold lower orders only: these *interiors* do
-// not depend on one another and keep the processor's pipelines full. What is left at the *ends* is linear in
-// coefficients k, with factors of order 0 that stay the same for all orders:
+// p orders cost about p²/2 multiplications per node that is not affine, and no transcendental function beyond order 0.
+// Two passes per order. The terms j = 1 … k − 1 of a sum, its *interior*, hold lower orders only, so interiors do not
+// depend on one another. The *ends* are linear in coefficients k, with factors of order 0 that stay the same for all
+// orders:
 //
 //     product     w_k = interior + b₀ a_k + a₀ b_k          power      w_k = interior + (c w₀/a₀) a_k
 //     quotient    w_k = interior + a_k/b₀ − (w₀/b₀) b_k      function   w_k = interior + z₀ a_k
-//
-// and affine nodes have that form already. So the second pass is one sparse triangular product for all kinds.
-//
-// *Late* variables. In Lagrange's equations the velocity's next coefficient is not given but follows from
-// solving M v_k = …, where the right-hand side needs some nodes at order k as if v_k were zero. So advance(k) makes interiors,
-// and the ends of the nodes that do not depend on late variables or that the *early outputs* need. Then the late coefficients are
-// solved for, by the caller or, where there is a Recurrence, by the same lines. complete(k) runs the ends of all that depends on
-// them.
-//
-// Layout. Every interior is a sum Σ_{j=1…k−1} L_j R_{k−j}: one *lane*. Coefficient j of all lanes' left factors is in one row, that of the
-// right factors in another. So one instruction works for as many lanes as a register holds, and no lane waits for its own sum
-// (ad/series/interiors.hpp). Where L_j is j a_j, it is stored so. Rows are filled when an order is complete.
-//
-// Ends are lines (ad/formula/lines.hpp) on one array of numbers: k, the factors, the interiors, the variables' coefficients, and what follows from
-// them. There is one table before the late variables are known, in which they are zero and left out, and one after. Both become machine code
-// when they have been carried out often enough (ad/native/line_evaluator.ipp).
 
 #include <array>
 #include <cmath>
@@ -102,6 +80,9 @@ class Sweep {
   }
 
   /// Order k of the nodes that can be made before the late variables' coefficient k; where there is a recurrence, of all variables.
+  ///
+  /// Late variables are velocities: coefficient k follows from M v_k = …, whose right side needs some nodes, the early outputs, as if v_k were zero. So
+  /// this makes all interiors, and the ends of nodes that do not depend on late variables or that early outputs need.
   void advance(int k) {
     if (time_ != zero) x_[time_] = k == 1 ? unit_ : 0.0;
     x_[rate_number] = unit_ / k;
@@ -131,6 +112,8 @@ class Sweep {
     int factor = 0;                  // of the end, two numbers; that of a term of a sum is a constant
     double c = 0.0;
   };
+  // An interior Σ_{j=1…k−1} L_j R_{k−j}. Coefficients j of all left factors are in one row, those of the right ones in another: one instruction works for as
+  // many lanes as a register holds (interiors.hpp). Where L_j is j a_j, it is stored like that.
   struct Lane {  // slots of the factors
     int left, right;
   };
@@ -257,7 +240,7 @@ class Sweep {
   double unit_ = 1.0;
   std::size_t interiors_ = 0;                   // where sums of lanes, then of squares, stand in it
   std::array<std::vector<Number>, 2> number_;   // of a slot's coefficient among them, before and after the late variables are known
-  std::array<formula::LineEvaluator, 2> ends_;
+  std::array<formula::LineEvaluator, 2> ends_;  // lines on x_: before the late variables are known, where these are left out as zeros, and after
   bool is_early_ = false;
 };
 

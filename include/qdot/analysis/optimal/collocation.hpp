@@ -4,21 +4,16 @@
 // A motion with inputs as a sparse program: collocation at Gauss' points
 // ======================================================================
 //
-// Within each interval of a mesh the motion is a polynomial that satisfies ẋ = f at s points. Unknown are the states x_k at the ends of intervals,
-// X_j and inputs u_j at the points, and the time of the end:
+//     X_i − x_k − h Σ_j a_ij f(t_j, X_j, u_j) = 0 ,     x_{k+1} − x_k − h Σ_j b_j f(t_j, X_j, u_j) = 0 ,      h = τ_k (t_b − t_a)
 //
-//     X_i − x_k − h Σ_j a_ij f(t_j, X_j, u_j) = 0 ,     x_{k+1} − x_k − h Σ_j b_j f(t_j, X_j, u_j) = 0 ,      h = τ_k (t_b − t_a) .
-//
-// These are s-stage steps of Gauss' method, of order 2s; inputs are polynomials of degree s − 1 in each interval, and may jump between. An input
-// that has no effect at rest (the direction of a push on what does not move) does no harm: no point lies at an end.
-//
-// In H = Σ λ g + σ f each point has a block of its own in (X_j, u_j), the curvature of f with the weights ω = −h Σ_i a_ij λ_i, and a row for t_b.
-// With t_j = t_a + ρ_j (t_b − t_a) and G = ω·f/h, the entries with t_b are
-//
+// are steps of Gauss' method with s stages, of order 2s. Unknown are x_k at the ends of intervals, X_j and u_j at the
+// points, and t_b. Inputs are polynomials of degree s − 1 in each interval, and may jump between. No point lies at an
+// end, where an input may have no effect: the direction of a push on what is at rest. In H = Σ λ g + σ f each point has
+// a block in (X_j, u_j), the curvature of f with weights ω = −h Σ_i a_ij λ_i. With t_j = t_a + ρ_j (t_b − t_a),
+// G = ω·f/h, and y = (X_j, u_j),
 //     ∂²/∂y∂t_b = τ ∂G/∂y + h ρ ∂²G/∂y∂t ,      ∂²/∂t_b² = 2 τ ρ ∂G/∂t + h ρ² ∂²G/∂t² .
-//
-// Conditions at the end are rows x_K − target + p − n = 0 with p, n ≥ 0. p and n are held at zero where some motion meets all conditions. Otherwise
-// Σ (p + n) is minimized, each in its extent, and shows which conditions are missed, and by how much.
+// Conditions at the end are rows x_K − target + p − n = 0 with p, n ≥ 0, held at zero where some motion meets them all.
+// Otherwise Σ (p + n), each in its extent, is minimized, and shows which conditions are missed, and by how much.
 
 #include <cstddef>
 #include <limits>

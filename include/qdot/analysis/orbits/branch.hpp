@@ -4,19 +4,16 @@
 // A branch of periodic orbits, one after the other
 // ================================================
 //
-// The equations of search.hpp without one of them have a curve X(s) of solutions, and their null vector τ is its tangent.
-// From a point of it, X + ds τ is a prediction, and Newton's method with the row τ·(X − prediction) = 0 goes back to the curve
-// at a right angle (pseudo-arclength, Keller 1977). So a curve that turns back is followed all the same. Steps are measured in
-// extents of the orbit, which are taken anew at each point.
-//
-// Between two points a function that vanishes at what is special has changed its sign:
+// The equations of search.hpp without one of them have a curve X(s) of solutions, and their null vector τ is its
+// tangent. From a point of it, X + ds τ is a prediction. Newton's method with the row τ·(X − prediction) = 0 goes back
+// to the curve at a right angle, so a curve that turns back is followed, too (pseudo-arclength, Keller 1977). Steps are
+// in extents of the orbit, taken anew at each point. Where one of these functions changes its sign between two points,
+// regula falsi (Illinois) on s locates a special point:
 //
 //     fold               d(what the branch is followed in)/ds
 //     period doubling    det(B + 1)      B the monodromy matrix without its trivial multipliers; some μ passes −1
 //     branch point       det(B − 1)      some μ passes 1, and it is no fold, where one does so, too
 //     torus              the number of complex μ outside the circle
-//
-// and the place is found by regula falsi (Illinois) on s.
 
 #include <algorithm>
 #include <cmath>

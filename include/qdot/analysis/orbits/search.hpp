@@ -4,22 +4,16 @@
 // Newton's method for orbits that close
 // =====================================
 //
-// Unknown are the start x, the period T and a parameter p, or some of them. Asked for is
-//
-//     φ_T(x; p) − x − advance = 0                    the motion closes; an angle may have gone round
-//     ẋ(x)·δx = 0                                    the start does not slide along the orbit          (autonomous)
-//     h(x; p) − E = 0                                of the family of orbits, that of this energy      (if held)
-//     τ·(X − X₀) = 0                                 a step along a branch of orbits                   (branch.hpp)
-//
-// and with exact derivatives a step solves
-//
+//     φ_T(x; p) − x − advance = 0         the motion closes; an angle may have gone round
+//     ẋ(x)·δx = 0                         the start does not slide along the orbit          (autonomous)
+//     h(x; p) − E = 0                     of the family of orbits, that of this energy      (if held)
+//     τ·(X − X₀) = 0                      a step along a branch of orbits                   (branch.hpp)
 //     ⎡ Φ − 1   φ̇   ∂φ/∂p ⎤ ⎡ δx ⎤
-//     ⎢ ẋᵀ      0    0     ⎥ ⎢ δT ⎥ = −residual .
+//     ⎢ ẋᵀ      0    0     ⎥ ⎢ δT ⎥ = −residual         a step in the start x, the period T and a parameter p, or some of them
 //     ⎣ ∇h      0    ∂h/∂p ⎦ ⎣ δp ⎦
-//
-// These are more equations than unknowns where energy is conserved, and agree all the same, for ∇h (Φ − 1) = 0. A step is the
-// shortest one that takes most of the residual away; what the equations leave open stays where it is, and is named. All is
-// measured in extents of the orbit. A step that does not shorten the residual is halved.
+// These are more equations than unknowns where energy is conserved, and agree all the same, for ∇h (Φ − 1) = 0. A step
+// is the shortest one that takes most of the residual away. What the equations leave open stays where it is, and is
+// named. All is measured in extents of the orbit. A step that does not shorten the residual is halved.
 
 #include <algorithm>
 #include <cmath>

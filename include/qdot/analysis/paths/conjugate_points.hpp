@@ -3,21 +3,18 @@
 //
 // Where neighbours that leave one place meet again, and how often until then.
 //
-// X(t) = ∂q(t)/∂q̇_a and P(t) = ∂p(t)/∂q̇_a are the neighbours of a motion that begin at the same q_a. Where det X = 0 some of them are back on the
-// motion: t is conjugate to t_a, and the dimension of X's kernel is its multiplicity. The sign of det X is not enough: it does
-// not change at an even multiplicity.
-//
-// XᵀP is symmetric (p δq − q δp is conserved), and so is X P⁻¹. Its eigenvalues tan φ_j belong to angles that only go forwards through the multiples
-// of π, for M is positive definite, and each passage is one dimension of a kernel. Hence, with the continuous sum Θ = Σ φ_j = arg det (P + iX),
+// X(t) = ∂q(t)/∂q̇_a and P(t) = ∂p(t)/∂q̇_a are the neighbours of a motion that begin at the same q_a. Where det X = 0,
+// t is conjugate to t_a, with the dimension of X's kernel as its multiplicity; det X keeps its sign where that is even.
+// XᵀP is symmetric (p δq − q δp is conserved), and so is X P⁻¹. Its eigenvalues tan φ_j have angles that pass the
+// multiples of π forwards only, for M is positive definite, and each passage is one dimension of a kernel. With
+// Θ = Σ φ_j = arg det (P + iX),
 //
 //     passages up to t = (Θ − Σ (φ_j mod π)) / π ,
 //
-// an integer at each t, with no zero to be searched for; halving an interval finds where it changes. In a frame turned by α,
-//
+// an integer, so no zero is searched for: halving an interval finds where it changes. In a frame turned by α,
 //     A = (cos α X − sin α P)(cos α P + sin α X)⁻¹ ,     φ_j = α + atan a_j ,     det (P + iX) = e^{inα} Π (1 + i a_j) det (cos α P + sin α X) ,
-//
-// one of 2n + 1 angles α keeps away from all singularities. (Morse's index theorem; V. I. Arnold, Mathematical Methods of Classical Mechanics,
-// appendix 11.)
+// one of 2n + 1 angles α keeps away from all singularities. (Morse's index theorem; V. I. Arnold, Mathematical Methods
+// of Classical Mechanics, appendix 11.)
 
 #include <algorithm>
 #include <cmath>

@@ -3,20 +3,17 @@
 //
 // Derivatives across a branch of a functor.
 //
-// Where T, V or a force compares, f may jump, and ∂f/∂y along a motion does not contain the jump. So a run whose derivatives are asked for looks once at
-// its start whether a functor compares anything (ad/formula/branches.hpp); most do not, and then nothing is left of this. Where one does, the least of
-// the guards of the branch is an event of the run. At its zero, with g the guard that fires, and f⁻ and f⁺ in front of it and behind it,
+// Where T, V or a force compares, f may jump, and ∂f/∂y does not contain the jump. A run looks once at its start whether a
+// functor compares anything (ad/formula/branches.hpp). Where one does, the least of the guards of the branch is an event of
+// the run. At its zero, with g the guard that fires, and f⁻ and f⁺ in front of it and behind it,
 //
 //     ∂t_e/∂x = −(∇g·Φ⁻ + ∂g/∂p) / (∇g·f⁻ + ∂g/∂t) ,        Φ⁺ = Φ⁻ + (f⁻ − f⁺) ∂t_e/∂x .
 //
-// ∇g is exact, from the graph; ∂g/∂p is that of the same branch of the members of a family. If f is continuous there, Φ goes on as it is.
-//
-// No derivative is handed out, and the run ends as not_differentiable, where
-//     · T or p = ∂T/∂q̇ jump, or V at a place, or a constraint or its slope: that is a blow, which no branch of the equations gives;
-//     · g grazes zero, whether it crosses or turns back, or both sides lead back to it, so that the motion slides along it;
-//     · two guards that depend on different things switch in one moment;
-//     · the motion begins on a switch, or rests on one, and a neighbour that begins on the other side has other equations.
-//
+// ∇g is exact, from the graph; ∂g/∂p is that of the same branch of the members of a family. The run ends as not_differentiable
+//     · where T or p = ∂T/∂q̇ jump, or V at a place, or a constraint or its slope: a blow, which no branch gives;
+//     · where g grazes zero, or both sides lead back to it, so that the motion slides along it;
+//     · where two guards that depend on different things switch in one moment;
+//     · where the motion begins or rests on a switch, and beyond it the equations are others.
 // What a functor decides by a plain number (innermost_value, a cast) is not seen, nor what a system of first order does.
 
 #include <Eigen/Core>

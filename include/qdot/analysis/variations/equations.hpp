@@ -5,28 +5,15 @@
 //
 //     ẏ = f(t, y, p) ,     Φ̇ = (∂f/∂y) Φ + ∂f/∂p       a column of Φ for each direction x in (y₀, t₀, p)
 //
-// [y; columns of Φ] is one first-order system, so that a method takes the same steps for both, controls the error of both, and has dense output
-// of both. The methods, the loop of a run and its search for events treat it like any other system. They are compiled once for all models
-// (VariationalForm below, which asks VariationalEquations by calls). The watchdog of the run is that of y's own equations, so that no step
-// passes over a push.
+// [y; columns of Φ] is one first-order system: a method takes the same steps for both, and controls the error of both.
+// At an event, h(y, t, p) = 0, the state becomes g(y, t, p), and Φ jumps by the saltation matrix, a column at a time:
 //
-// An event at t_e, where h(y, t, p) = 0 and the state becomes g(y, t, p): a displaced motion is there earlier or later by
+//     ∂t_e/∂x = −(∇h·Φ⁻ + ∂h/∂p) / (∇h·f⁻ + ∂h/∂t) ,       w = Φ⁻ + f⁻ ∂t_e/∂x ,
+//     Φ⁺ = ∂g·w + ∂g/∂t ∂t_e/∂x + ∂g/∂p − f⁺ ∂t_e/∂x        (M. Kunze, Non-Smooth Dynamical Systems, 2000).
 //
-//     ∂t_e/∂x = −(∇h·Φ⁻ + ∂h/∂p) / (∇h·f⁻ + ∂h/∂t) ,
-//
-// it arrives at y⁻ + w with w = Φ⁻ + f⁻ ∂t_e/∂x, leaves from g there, and at the time t_e, to which all columns belong, it is ahead or behind by f⁺:
-//
-//     Φ⁺ = ∂g·w + ∂g/∂t ∂t_e/∂x + ∂g/∂p − f⁺ ∂t_e/∂x .
-//
-// That is the saltation matrix, a column at a time: ∂g is asked along w only, which is tangent to h = 0. M. Kunze, Non-Smooth Dynamical Systems, 2000.
-// Where h only grazes zero, ∇h·f⁻ ≈ 0, or two events fall together whose order matters, there is no Φ⁺, and the run ends with that outcome.
-//
-// Constraints: what a projection does to a state near the manifold is, to first order, the nearest tangent vector in the metric of M,
-//
-//     J δq + ∂φ/∂p = 0 ,     d(J q̇ + ∂φ/∂t) = 0   along (δq, δq̇).
-//
-// Beyond that, a displaced state comes back another way: a part of Φ as small as what is projected. Where Φ has to be the derivative of
-// the very numbers of a run (analysis/gauss_sensitivity.hpp) the projection is differenced along each column.
+// ∂g is asked along w only, which is tangent to h = 0. Where ∇h·f⁻ ≈ 0, or the order of two events matters, there is no
+// Φ⁺, and the run ends with that outcome. On constraints a projection takes the nearest tangent vector in the metric of
+// M, J δq + ∂φ/∂p = 0 and d(J q̇ + ∂φ/∂t) = 0 along (δq, δq̇). What is left out is as small as what is projected.
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -3,30 +3,18 @@
 //
 // The power series of a motion and of its first and second derivatives.
 //
-// Lagrange's equations, d/dt p = F with p = ∂L/∂q̇, are differentiated along a motion. With P = ∂p/∂(q, q̇) and G = ∂F/∂(q, q̇), for one column
-// x_a = [δq; δq̇] of Φ,
+// Lagrange's equations, d/dt p = F, are differentiated along a motion. With P = ∂p/∂(q, q̇), G = ∂F/∂(q, q̇) and parameters θ, a
+// column x_a = [δq; δq̇] of Φ, and with X_a = (x_a, unit vector of θ) a pair of columns obey
 //
-//     d/dt (P x_a + P_θ) = G x_a + F_θ ,                                   P_θ and F_θ only in columns of parameters θ,
+//     d/dt (P x_a + P_θ) = G x_a + F_θ ,          d/dt (P x_ab + p″[X_a, X_b]) = G x_ab + F″[X_a, X_b] .
 //
-// and once more, with X_a = (x_a, and the unit vector of θ in the column of a parameter), for a pair of columns
+// Both are the same linear equations, so order k of all columns and pairs has one recurrence: with s = (t − t₀)/τ,
 //
-//     d/dt (P x_ab + p″[X_a, X_b]) = G x_ab + F″[X_a, X_b] .
+//     M₀ δq̇_k = Σ_{j=1…k} (τ/k G_{j−1} − P_j) x_{k−j} − (∂p/∂q)₀ δq_k + τ/k f_{k−1} − r_k ,       δq_k = τ/k δq̇_{k−1} .
 //
-// Both are the same linear equations with other summands known beforehand. So order k of all columns and pairs has one recurrence: with s = (t − t₀)/τ,
-//
-//     M₀ δq̇_k = Σ_{j=1…k} (τ/k G_{j−1} − P_j) x_{k−j} − (∂p/∂q)₀ δq_k + τ/k f_{k−1} − r_k ,       δq_k = τ/k δq̇_{k−1} ,
-//
-// where M₀ = (∂p/∂q̇)₀ is factored for the motion anyway, and f, r are F_θ, P_θ or F″[X_a, X_b], p″[X_a, X_b]. The pairs' r_k needs order k of x_a and x_b,
-// which are made before (analysis/variations/bilinear_series.hpp). P and G are nodes of the motion's own graph (integrate/steps/recorded_motion.hpp), by
-// reverse differentiation, and θ are variables of the graph or, of a family, differences of its members' nodes (analysis/variations/recorder.hpp). A column or
-// a pair costs 2n² k multiplications in order k.
-//
-// On constraints c = 0 with W = ∂c/∂q̇, where d/dt p = F + Wᵀλ, a column has a δλ of its own,
-//
-//     d/dt (P x_a + P_θ) = (G + λ·W′) x_a + F_θ + λ·W_θ + Wᵀ δλ ,          C x_a + c_θ = 0 ,      C = ∂c/∂(q, q̇) = [∂c/∂q, W] ,
-//
-// one order behind, as λ is. What is solved for δq̇_k and δλ_{k−1} has the motion's own matrix [M₀ −W₀ᵀ; W₀ 0] (integrate/steps/taylor_constraints.hpp).
-// There are no pairs on constraints.
+// M₀ = (∂p/∂q̇)₀ is factored for the motion anyway; f, r are F_θ, P_θ or F″[X_a, X_b], p″[X_a, X_b], made before from orders of x_a
+// and x_b (bilinear_series.hpp). P and G are nodes of the motion's graph (integrate/steps/recorded_motion.hpp), by reverse
+// differentiation; of a family, its members' nodes are differenced (recorder.hpp). A column costs 2n² k multiplications in order k.
 
 #include <Eigen/Core>
 #include <cstddef>
@@ -224,7 +212,11 @@ class VariationSeries final : public PowerSeries {
     }
   }
 
-  // δq̇_k in solution_, and δλ_{k−1} of column c.
+  // δq̇_k in solution_, and δλ_{k−1} of column c. On constraints c = 0 with W = ∂c/∂q̇ and d/dt p = F + Wᵀλ, a column has a δλ of its own, one order behind,
+  //
+  //     d/dt (P x_a + P_θ) = (G + λ·W′) x_a + F_θ + λ·W_θ + Wᵀ δλ ,          C x_a + c_θ = 0 ,      C = ∂c/∂(q, q̇) = [∂c/∂q, W] ,
+  //
+  // and is solved for with the motion's own matrix [M₀ −W₀ᵀ; W₀ 0] (integrate/steps/taylor_constraints.hpp). There are no pairs on constraints.
   void solve_with_reactions(int k, double factor, Index c, const auto& known) {
     auto reactions = reactions_.middleCols(c * highest_, highest_);
     for (int j = 1; j < k; ++j)

@@ -1,29 +1,20 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Coriolis and centrifugal terms, as formulas.
-//
-// Lagrange's equations are M q̈ + c = Q − ∂V/∂q with
+// Coriolis and centrifugal terms of M q̈ + c = Q − ∂V/∂q, as formulas:
 //
 //     c_i = d/dt ∂T/∂q̇_i − ∂T/∂q_i   at q̈ = 0 .
 //
-// As it stands that is a walk back through T for p = ∂T/∂q̇, another for ∂T/∂q and one forwards for ṗ, and much of what they find cancels. But most
-// kinetic energies are sums of squares and products k u w of velocities, u = Ẋ for some function X(q, t) that need not be known. Of such a rate
-// d/dt ∂u/∂q̇_i = ∂u/∂q_i (Lagrange's lemma, by which d'Alembert's principle becomes his equations). So the product contributes
+// As it stands that takes three walks through T, and much of what they find cancels. But most T are sums of products k u w of
+// velocities, u = Ẋ for some X(q, t) that need not be known, with d/dt ∂u/∂q̇_i = ∂u/∂q_i (Lagrange's lemma). So a product adds
 //
-//     c_i = k (∂u/∂q̇_i ẇ + ∂w/∂q̇_i u̇)   at q̈ = 0 ,
+//     c_i = k (∂u/∂q̇_i ẇ + ∂w/∂q̇_i u̇)   at q̈ = 0 ,        in one walk forwards for all u̇ and one back
 //
-// masses times accelerations along each coordinate: one walk forwards for all u̇ and one back. Chains of links need half of the operations.
-//
-// u is recognized as a rate where it is a sum of f(φ) φ̇, with φ any formula of q and t: l cos(θ) θ̇, cos(α + β) (α̇ + β̇), ẋ. So it is where it is made
-// of X by the chain rule, as velocities of places are. What is not, like the r θ̇ of polar coordinates, is differentiated as it stands.
-//
-// Angular velocities Ω = W(q, t) q̇ + … of bodies are no rates, but [Ω×] = RᵀṘ says what takes the lemma's place (mechanics/equations/known_rotation.hpp
-// finds such Ω, and the recording notes them): d/dt ∂Ω/∂q̇_i − ∂Ω/∂q_i = −Ω × W_i. So there is more in c_i where T contains Ω,
-//
-//     W_i · (Ω × ∂T/∂Ω) ,
-//
-// which makes Euler's equations of it, W_i · (I Ω̇ + Ω × I Ω).
+// u is recognized where it is a sum of f(φ) φ̇, with φ any formula of q and t, or is made of X by the chain rule. What is not,
+// like the r θ̇ of polar coordinates, is differentiated as it stands. Chains of links need half of the operations. Angular
+// velocities Ω = W(q, t) q̇ + … are no rates, but [Ω×] = RᵀṘ gives d/dt ∂Ω/∂q̇_i − ∂Ω/∂q_i = −Ω × W_i. So a T that contains Ω
+// (mechanics/equations/known_rotation.hpp finds them) adds W_i · (Ω × ∂T/∂Ω), which makes Euler's equations of it, W_i · (I
+// Ω̇ + Ω × I Ω).
 
 #include <algorithm>
 #include <array>

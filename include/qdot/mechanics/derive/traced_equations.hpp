@@ -3,20 +3,16 @@
 //
 // Lagrange's equations of many coordinates, most of which do not meet.
 //
-// T and V of a lattice, of a net or of a tree of bodies are sums of terms with a few coordinates each. Written down as a graph
-// (mechanics/derive/recorded_energies.hpp) they can be differentiated where they stand,
-//
 //     p = ∂T/∂q̇ ,    r = Q − ∂V/∂q − c                     a walk back for each, and one forwards (coriolis_terms.hpp)
 //     M_ij = ∂p_i/∂q̇_j                                     a walk for each row, through what p_i is made of
 //     φ = 0:  J = ∂φ/∂q ,    J q̈ = γ = −d/dt (J q̇ + ∂φ/∂t) at q̈ = 0
 //     a = 0:  J = ∂a/∂q̇ ,    J q̈ = γ = −d/dt a             at q̈ = 0
+//     ∂(r − M q̈ + Jᵀλ)  and  ∂(γ − J q̈)                    along q, q̇ and the effects' states, for implicit methods
 //
-// and what is not there is not found: rows of M and J have entries where coordinates meet. The work is that of the terms, a hundred nanoseconds or
-// so for an operation, once for a run.
-//
-// Derivatives of the equations at given q̈ and λ, for implicit methods, are more of the same graph:
-//
-//     ∂(r − M q̈ + Jᵀλ)  and  ∂(γ − J q̈)  along q, q̇ and the effects' states.
+// T and V of a lattice, a net or a tree of bodies are sums of terms with a few coordinates each. Written down as a
+// graph (mechanics/derive/recorded_energies.hpp), they are differentiated where they stand. Rows of M and J have
+// entries only where coordinates meet. The work is that of the terms, a hundred nanoseconds or so for an operation,
+// once for a run. Derivatives of the equations at given q̈ and λ are more of the same graph.
 
 #include <cstddef>
 #include <span>

@@ -3,24 +3,17 @@
 //
 // The Jacobian of a motion from the lines of its equations.
 //
-// Forces, constraints and their multipliers, states of effects are nodes of one graph (mechanics/derive/traced_equations.hpp). The
-// Jacobian for implicit methods is more of the same graph. Its size grows with the terms, and not with the pairs of components:
-//
 //     M q̈ − Jᵀλ = r ,   J q̈ = γ                                     lines of M, r, J, γ and a solution
 //     M ∂q̈ − Jᵀ∂λ = ∂(r − M q̈ + Jᵀλ) ,   J ∂q̈ = ∂(γ − J q̈)          lines of the right sides, and a solution for each component of y
 //
-// Without constraints, of a few coordinates, all of it is one table of lines with the elimination in it, which leaves out what is zero
-// (mechanics/derive/solution_lines.hpp). Otherwise M and J are taken as dense (mechanics/derive/dense_factors.hpp), four columns of the right sides at a
-// time; columns on which nothing depends are left out when the lines are written. Up to n = 4 the compiler knows n, and all that is not lines is
-// unrolled. At two or three coordinates it had taken more than half of the time. Each line for a zero or a constant had cost as much as any
-// other.
-//
-// Contacts, ropes and dry friction switch. Their phases are numbers in a recording (effects/rows/recorded_effects.hpp), which has rows of
-// those constraints only that are active. Each combination of phases that is met has a recording of its own.
-//
-// Where M may be singular by itself, constraints lend it inertia: M + ϱ JᵀJ, and ϱ Jᵀ times the lower side in the upper. Whatever is not
-// as it should be (a pivot that is too small, redundant rows, a number that is not finite) is left to the caller, which handles
-// it.
+// All are nodes of one graph (mechanics/derive/traced_equations.hpp), whose size grows with the terms, not with pairs
+// of components. Of a few coordinates without constraints, one table of lines has the elimination in it, and leaves out
+// zeros (mechanics/derive/solution_lines.hpp). Otherwise M and J are dense (mechanics/derive/dense_factors.hpp), and
+// four columns of the right sides are solved at a time. Up to n = 4 the compiler knows n, and unrolls all that is not
+// lines. The phases of contacts, ropes and dry friction are numbers in a recording, which has rows of active
+// constraints only (effects/rows/recorded_effects.hpp). Each combination that is met has a recording of its own. Where
+// M may be singular by itself, constraints lend it inertia: M + ϱ JᵀJ, and ϱ Jᵀ times the lower side in the upper. A
+// pivot that is too small, redundant rows, and a number that is not finite are left to the caller.
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -3,22 +3,17 @@
 //
 // Lagrange's equations of many coordinates, each of which feels its neighbours only.
 //
-// Everything comes from evaluations of T and V on tapes (ad/records/tape.hpp). So a chain of a thousand masses and springs costs a
-// thousand times one mass, written as a loop over neighbours.
-//
 //     ∂L/∂q − D ∂L/∂q̇    one sweep back from L, on numbers with a derivative along the motion
 //     M                   its diagonal by the same sweep, and where there is more of it one sweep back from T for
-//                         `chunk` columns that do not overlap: columns that are further apart than the reach w of
-//                         the tape on both sides share a direction
+//                         `chunk` columns further apart than the reach w of the tape on both sides, which share a direction
 //     M q̈ = rhs           L D Lᵀ within the band, n w² operations; for a diagonal M a division each
 //
-// Used by a bare acceleration(), which must not rely on what functors were before, by the looks of a run at itself, and for functors that
-// are no formulas. The evaluations of a run go through equations that were traced when it began (mechanics/derive/traced_motion.hpp), in a
-// tenth of the time.
-//
-// The reach is an upper bound that the tape takes from the operations of this evaluation. So functors that branch or sum over
-// varying neighbours cannot make it wrong. Where all coordinates meet, w = n − 1 and all of this is still right, and of the order
-// of the general way.
+// T and V are evaluated on tapes (ad/records/tape.hpp). So a chain of a thousand masses and springs, a loop over
+// neighbours, costs a thousand times one mass. A bare acceleration(), the checks that a run makes of itself, and
+// functors that are no formulas use them. A run evaluates equations traced when it began
+// (mechanics/derive/traced_motion.hpp), in a tenth of the time. The tape takes the reach, an upper bound, from the
+// operations of this evaluation, so functors that branch or sum over varying neighbours cannot make it wrong. Where all
+// coordinates meet, w = n − 1: still right, at the cost of the general way.
 
 #include <algorithm>
 #include <cstddef>
@@ -216,7 +211,7 @@ struct BandedLinearization {
   BandedMatrix M{0, 0};
 };
 
-// K = ∂r/∂q and C = ∂r/∂q̇ of the residual r = M q̈ − rhs at fixed q̈ (equations_of_motion.hpp).
+// K = ∂r/∂q and C = ∂r/∂q̇ of the residual r = M q̈ − rhs at fixed q̈ (acceleration_jacobian.hpp).
 template <class Real = double, class E>
 BandedLinearization banded_linearization(const E& e, const Eigen::VectorXd& q, const Eigen::VectorXd& qdot,
                                          const Eigen::VectorXd& qddot, double t) {

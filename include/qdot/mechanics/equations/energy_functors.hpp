@@ -8,14 +8,13 @@
 //     T(q, qdot, t)       rheonomic                 adds ∂²T/∂q̇∂t
 //     V(q)   V(q, t)      potential energy
 //
-// What a signature does not mention is never computed. Where several fit, it is the longest: a T(q, qdot, S t = S(0)) is given
-// the time, and what comes after q and q̇ is always the time, of the same scalar. The first argument of T is q̇ where it is alone
-// and q where it is not. So a T that can be called both ways is ambiguous and is refused.
+// What a signature does not mention is never computed. Where several fit, it is the longest: a T(q, qdot, S t = S(0))
+// is given the time, and what comes after q and q̇ is always the time, of the same scalar. The first argument of T is
+// q̇ where it is alone and q where it is not. So a T that can be called both ways is ambiguous and is refused.
 //
-// The functors are generic: they are called with vectors of plain numbers for energies and with vectors of duals for derivatives,
-// and return the scalar that they were given. `const auto&` parameters, or `template <class S>`, do that.
-//
-// A functor that breaks the rule is told so in English by the checks at the end of this file.
+// The functors are generic: they are called with vectors of plain numbers for energies and with vectors of duals for
+// derivatives, and return the scalar that they were given. `const auto&` parameters, or `template <class S>`, do that.
+// A functor that breaks these rules is refused in English, by the checks at the end of this file.
 
 #include <cmath>
 #include <concepts>

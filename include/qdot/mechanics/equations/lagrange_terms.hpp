@@ -3,21 +3,17 @@
 //
 // The terms of Lagrange's equations, straight from T and V by dual numbers.
 //
-// With L = T − V, Lagrange's equations d/dt(∂L/∂q̇) = ∂L/∂q read, after the product rule,
-//
 //     M q̈ + D p = ∂L/∂q,      p = ∂L/∂q̇,   M = ∂p/∂q̇,   D = q̇·∂/∂q + ∂/∂t .
 //
-// D is the derivative along the motion with q̇ held: a *directional* derivative, one perturbation
-// and not n. So is each column of M, the derivative of p where nothing changes but one q̇_j. One kind of number is enough for all of them,
+// D is the derivative along the motion with q̇ held: a *directional* derivative, one perturbation and not n. So is each
+// column of M, the derivative of p where nothing changes but one q̇_j. One kind of number is enough for all of them,
 //
 //     Dual<Dual<S, 1>, n> : ε inside along D or q̇_j, ε_i outside along q̇_i for p, along q_i for ∂T/∂q and ∂V/∂q ,
 //
-// and T and V are compiled once. (A gradient alone, which symplectic methods ask for, takes Dual<S, n>.)
-// What the signatures exclude is not evaluated: T(qdot) has ∂T/∂q = 0.
-//
-// When the accelerations are known, the residual of the equations needs no Hessian at all: M q̈ + D p is
-// the derivative of p along (q̇, q̈, 1). That is how the exact Jacobian of q̈ is made
-// (equations_of_motion.hpp), and what inverse dynamics is.
+// and T and V are compiled once. (A gradient alone, which symplectic methods ask for, takes Dual<S, n>.) What the
+// signatures exclude is not evaluated: T(qdot) has ∂T/∂q = 0. At known accelerations the residual of the equations
+// needs no Hessian: M q̈ + D p is the derivative of p along (q̇, q̈, 1). The exact Jacobian of q̈ is made that way
+// (acceleration_jacobian.hpp), and so is inverse dynamics.
 
 #include <algorithm>
 #include <type_traits>
