@@ -7,20 +7,14 @@
 //     rope("rope", point, anchor, length)         length − |r(q) − anchor| ≥ 0, which tension λ ≥ 0 keeps
 //     boundary("end of the rod", gap)             φ(q, t) ≥ 0 as long as the model holds; the run ends there
 //
-// Such a constraint has two phases. Apart, it is not there. Closed, it is the holonomic constraint φ = 0 with the
-// force Jᵀλ, and it opens when λ falls through zero, because then the force would have to pull. Between them:
+// Apart, such a constraint is not there. Closed, it is the holonomic constraint φ = 0 with the force Jᵀλ. Between the phases:
 //
-//     apart → closed    φ falls to zero: an impact (impact.hpp). What is left of the velocity decides: if the next hop
-//                       would be lower than what the method can tell from zero, a hundred times its tolerance,
-//                       the contact has come to rest, provided that something presses it (φ̈ < 0 if it were apart).
-//     closed → apart    λ falls to zero.
+//     apart → closed    φ falls to zero: an impact (impact.hpp). If the next hop would be lower than a hundred times the method's
+//                       tolerance, the contact has come to rest, provided that something presses it (φ̈ < 0 if it were apart).
+//     closed → apart    λ falls to zero, because then the force would have to pull.
 //
-// So a bouncing ball does not bounce for ever, and does not fall through the floor either: after the impacts that
-// the tolerances can resolve it lies on it. Its remaining hops, e times lower each time, are left out.
-//
-// Backward in time an impact has no answer: many motions lead into the same one. A run that meets one ends and names it.
-//
-// Friction does not depend on λ here: dry_friction.hpp takes the normal force as a function of the state.
+// So a bouncing ball comes to rest and does not fall through the floor; its remaining hops, e times lower each, are left out. Backward
+// in time an impact has no answer: the run ends and names it. Friction does not depend on λ: dry_friction.hpp takes a given force.
 
 #include <cmath>
 #include <string>

@@ -1,34 +1,20 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// What an effect is.
+// What an effect is: all of a scene but T and V, an object with one or more of these member functions, its roles.
 //
-// A system is T and V. Everything else that a scene may contain is an *effect*, an object that plays
-// one or more of these roles, each a member function that the scene looks for:
+//     potential_term(q, t), lagrangian_term(q, qdot, t)      potential V + term, Lagrangian L + term
+//     force(q, qdot, t)                                      generalized force, M q̈ = rhs + Q
+//     force(q, qdot, z, t), state_rate(q, qdot, z, t),       own states z, of a controller or a motor: Q, ż, and z at the start,
+//     initial_state()                                        whose length is the number of states
+//     phi(q, t)                                              holonomic, φ = 0: M q̈ = rhs + Q + Jᵀλ, J = ∂φ/∂q
+//     velocity_constraint(q, qdot, t)                        nonholonomic, a(q, q̇, t) = 0, linear in q̇, J = ∂a/∂q̇
+//     is_active(z[0])                                        a constraint in some phases only; the phase is constant between events
+//     takes_time<n>, require_fit(q)                          false: no functor takes the time; throws, if it can't act on such a q
 //
-//     role                 member                          enters the equations as
-//     potential            potential_term(q, t)            V + term
-//     term in L            lagrangian_term(q, qdot, t)     L + term, for what depends on velocities
-//     generalized force    force(q, qdot, t)               M q̈ = rhs + Q
-//     own state z          force(q, qdot, z, t)            the same, for a controller or a motor;
-//                          state_rate(q, qdot, z, t)       ż
-//                          initial_state()                 z at the start; its length is the number of states
-//     holonomic            phi(q, t)                       φ = 0,          M q̈ = rhs + Q + Jᵀλ, J = ∂φ/∂q
-//     nonholonomic         velocity_constraint(q, qdot, t) a(q, q̇, t) = 0, linear in q̇,        J = ∂a/∂q̇
-//     switching            is_active(z[0])                 a constraint that holds only in some phases of the effect;
-//                                                          the phase is its own state, constant between events
-//     time                 takes_time<n>                   nothing: false where no functor of the effect takes the time, and then the
-//                                                          time watch is not needed (integrate/watch/time_watch.hpp)
-//     fit                  require_fit(q)                  nothing: throws, when the scene is made, if the effect can't act on
-//                                                          a system with as many coordinates as q has entries
-//
-// q, qdot, z are vectors of any scalar, t is that scalar, and a role returns that scalar or a vector
-// of it. A role that is not there is not computed: the scene's equations are assembled at compile
-// time from the roles that its effects have, and no others. So a new effect is one new type, in the
-// library or in a user's file, and nothing else changes.
-//
-// Nothing of this asks how an effect is written; forces.hpp, dissipation.hpp, constraints.hpp … are
-// collections of them.
+// q, qdot, z are vectors of any scalar, t is that scalar, and a role returns that scalar or a vector of it. The scene's equations are
+// assembled at compile time from the roles that its effects have, and no others. So a new effect is one new type, in the library or in
+// a user's file, and nothing else changes.
 
 #include <concepts>
 #include <string>

@@ -3,24 +3,18 @@
 //
 // Impacts: what a blow does to velocities.
 //
-// When a gap φ(q, t) ≥ 0 closes with u⁻ = φ̇ < 0, forces without bound act for no time. Lagrange's equations,
-// integrated over that moment, leave the impulses Λ ≥ 0 of the contacts and those of all other constraints:
+// When a gap φ(q, t) ≥ 0 closes with u⁻ = φ̇ < 0, forces without bound act for no time. Lagrange's equations, integrated over that
+// moment, leave the impulses Λ ≥ 0 of the contacts and those of all other constraints. A law gives how much comes back, 0 ≤ e ≤ 1:
 //
-//     q̇⁺ = q̇⁻ + M⁻¹ (Jᵀ Λ + …),      u⁺ = u⁻ + A Λ,      A = J M⁻¹ Jᵀ  (on the motions that the others leave).
-//
-// The impulse is finite because a law says how much of the blow comes back, 0 ≤ e ≤ 1:
-//
+//     q̇⁺ = q̇⁻ + M⁻¹ (Jᵀ Λ + …),      u⁺ = u⁻ + A Λ,      A = J M⁻¹ Jᵀ  (on the motions that the others leave)
 //     Newton     u⁺ ≥ −e u⁻      velocities:   0 ≤ Λ ⟂ u⁺ + e u⁻ ≥ 0
 //     Poisson    Λ = Λ_C + Λ_E   impulses:     compression to u ≥ 0 by Λ_C, then expansion by at least Λ_E = e Λ_C
 //
-// For a single contact the two agree. Where several contacts are closed at once, those that approach take the blow together (one
-// complementarity problem). If that makes others approach, these take theirs next, until none approaches. So Newton's cradle
-// passes the blow on from ball to ball, and a ball in a corner is thrown back by both walls at once. In each of these blows
+// For a single contact the two agree. Closed contacts that approach take the blow together (one complementarity problem), then those
+// that this makes approach, until none does. So Newton's cradle passes the blow from ball to ball. In each of these blows
 //
-//     ΔT = ½ Λᵀ (u⁺ + u⁻) = −½ Σ (1 − eᵢ) Λᵢ |uᵢ⁻| ≤ 0      (Newton),
-//
-// so energy never grows, whatever the eᵢ; where Poisson's law with different e would let it grow, the expansion is
-// cut short. After a hundred blows that do not come to an end the rest is taken as inelastic, e = 0.
+//     ΔT = ½ Λᵀ (u⁺ + u⁻) = −½ Σ (1 − eᵢ) Λᵢ |uᵢ⁻| ≤ 0      (Newton).
+// Where Poisson's law with different e would let energy grow, the expansion is cut short. After a hundred blows, the rest has e = 0.
 
 #include <Eigen/Core>
 #include <algorithm>

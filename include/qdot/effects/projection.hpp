@@ -3,29 +3,18 @@
 //
 // Back onto the constraints.
 //
-// Equations solved for J q̈ = γ keep φ̈ = 0, so φ and φ̇ drift as the steps' errors add up. Projection puts a state
-// back by the shortest way, measured with the mass matrix: first the positions, by Newton's method on
+// Equations solved for J q̈ = γ keep φ̈ = 0, so φ and φ̇ drift as errors add up. Projection puts a state back by the shortest way in
+// the metric of M. So the system feels an impulse of the constraints' own kind, Jᵀμ, and no other. Newton's method first solves
 //
-//     minimize ‖q − q*‖_M   subject to   φ(q, t) = 0 ,
+//     minimize ‖q − q*‖_M   subject to   φ(q, t) = 0 ,      then one linear step gives velocities with   J q̇ + ∂φ/∂t = 0, a = 0.
 //
-// then the velocities, in one linear step to J q̇ + ∂φ/∂t = 0 (and a = 0). In the metric of M a projection feeds
-// the system an impulse of the constraints' own kind, Jᵀμ, and no other.
+// Rounding is not drift: φᵢ of a state that is right to its last digit is of the size ρᵢ = ε Σⱼ |Jᵢⱼ| |qⱼ|. To project that away puts
+// noise into each step, most where there is least inertia: an elastic deflection of 1e-6 m beside a slider at 0.5 m rings. That cost two
+// to three digits on the flexible slider crank (docs/hard-cases.md). So where |φᵢ| ≤ 64 ρᵢ, and ρ would move some coordinate by more
+// than 1000 ε|qⱼ|, the residual is removed by the shortest way in the metric Σ (δqⱼ/qⱼ)².
 //
-// Rounding is not drift. Each coordinate is rounded by ε|qⱼ|, so φᵢ of a state that is right to its last digit is still of the
-// size
-//
-//     ρᵢ = ε Σⱼ |Jᵢⱼ| |qⱼ| .
-//
-// Projecting that away puts noise into each step, most of it where there is least inertia. No harm is done where a coordinate
-// moves by about its own rounding. But an elastic deflection of 1e-6 m beside a slider at 0.5 m moves by 10⁴ of its roundings,
-// and rings: on the flexible slider crank (docs/hard-cases.md) that cost two to three digits. So two conditions are tested:
-// rounding explains the residual, |φᵢ| ≤ 64 ρᵢ, and a residual of ρ would move some coordinate by more than 1000 ε|qⱼ|. Where
-// both hold, the residual is removed by the shortest way in the metric Σ (δqⱼ/qⱼ)².
-//
-// M and J are factored where Newton's method begins, and again where it has moved further than 1e-8 of the coordinates from there. After a step of an
-// integrator one factorization is enough. Velocities are projected with those factors where what J changes on the way is far below their rounding.
-//
-// The same two steps turn a rough initial state into a consistent one, and say what they moved.
+// M and J are factored where Newton's method begins, and again where it has moved further than 1e-8 of the coordinates from there. The
+// same two steps turn a rough initial state into a consistent one, and report what they moved.
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -68,6 +68,7 @@ class Projection {
 
  private:
   static constexpr double epsilon = std::numeric_limits<double>::epsilon();
+  // Factors are taken again beyond `nearby`; velocities are projected with those at hand where what J changes on the way is negligible.
   static constexpr double nearby = 1e-8, negligible = 1e-3 * epsilon;
   static constexpr int most_iterations = 25;
 

@@ -6,18 +6,15 @@
 //     const State<2> s = run.trajectory.at(1.5);
 //     energy(scene, s), power(scene, s), reactions(scene, s), acceleration_jacobian(scene, s)
 //
-// Systems, which are scenes without effects, have the same functions; their power and reactions are zero. The effects' own states z are no part of a State:
-// they are at their initial values unless they are given after it. Contacts and dry friction are in the phases that fit the state as it is. A contact that
-// is being hit counts as open, since the blow is still to come. Where more than one choice fits, z decides:
+// Systems, which are scenes without effects, have the same functions; their power and reactions are zero. The effects' own states z are
+// no part of a State: they have their initial values unless they are given after it. Contacts and dry friction are in the phases that
+// fit the state; one that is being hit counts as open, since the blow is still to come. Where more than one choice fits, z decides:
 //
 //     acceleration(scene, s, EffectStates<…>(run.trajectory.y(1.5).tail(k)))       in the phases that the run was in, of k own states
 //
-// And the question turned round, inverse dynamics: which forces does a wanted motion q(t) need beyond those that the scene has by itself?
-//
-//     F = M q̈ − rhs − Σ Q ,
-//
-// zero on a motion that is free. Where there are constraints, F is what they and the drives must give together; of that, JᵀΛ with any Λ is
-// the constraints' to bear.
+// Inverse dynamics is the question turned round: which forces does a wanted motion q(t) need beyond those of the scene?
+// F = M q̈ − rhs − Σ Q is zero on a motion that is free. Where there are constraints, they and the drives must give F together; of that,
+// JᵀΛ with any Λ is the constraints' to bear.
 
 #include <Eigen/Core>
 

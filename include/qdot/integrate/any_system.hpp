@@ -1,23 +1,19 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A system chosen at run time.
+// A system whose type is chosen at run time.
 //
 //     std::map<std::string, AnySystem> plants = {{"swing", pendulum}, {"crane", scene(cart, motor, rod)}};
 //     const auto run = simulate(plants.at(name), start, 10.0, Dop853{}, options);
 //
-// Every T and V, and every choice of effects, is a type of its own; that is what makes q̈ fast. A file or a user who chooses among systems
-// wants them in one list. AnySystem hides the type behind one indirect call per evaluation. The equations behind the call are those that the
-// compiler made for the type, so a motion has the same bits. A hidden system keeps what it has: constraints, contacts and dry friction,
-// the effects' own states, the watch over T, V and M. What it does not have is not asked of it.
+// Every T and V, and every choice of effects, is a type of its own; that is what makes q̈ fast. AnySystem hides the type behind
+// one indirect call per evaluation, so that a program can keep different systems in one list. The equations are those that the
+// compiler made for the type, so a motion has the same bits. Constraints, contacts, own states and the watchdog stay.
 //
-// The price is the method's: its loops over y are not unrolled for a size that is known at run time only. A run of Dop853 with two coordinates
-// takes 1.3 to 1.5 times as long as with the type, less with more of them (./run bench steppers).
-//
-// What needs the functors themselves is asked where the type is known: derivatives with respect to parameters, Taylor, the
-// symplectic methods, band structure. Methods are Dop853, Dopri5, CvodeBdf and CvodeAdams, which are compiled once for all systems.
-// A program that owns the clock needs no AnySystem for such a list: Simulator (integrate/simulator.hpp) hides system and method
-// together.
+// The method's loops over y are not unrolled: a run of Dop853 with two coordinates takes 1.3 to 1.5 times as long as with the
+// type, less with more of them (./run bench steppers). Methods are Dop853, Dopri5, CvodeBdf and CvodeAdams, compiled once for
+// all systems. What needs the functors themselves is asked where the type is known: derivatives with respect to parameters,
+// Taylor, the symplectic methods, band structure. Simulator (integrate/simulator.hpp) hides system and method together.
 
 #include <Eigen/Core>
 #include <concepts>

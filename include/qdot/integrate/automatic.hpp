@@ -1,42 +1,20 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// A method that chooses among methods, and says why.
+// A method that chooses among methods and gives its reasons.
 //
 //     const auto run = simulate(system, start, 10.0, Automatic{}, {.rtol = 1e-9});     // cvode_automatic.hpp
-//     run.statistics.method           "taylor", or "dop853, cvode_bdf" where it changed its mind
-//     run.statistics.method_reason    why, in one sentence for each
+//     run.statistics.method, run.statistics.method_reason     "dop853, cvode_bdf", a sentence for each
 //
-// Smooth. It starts with Taylor, where T, V, the forces of effects and constraints are formulas, and rtol asks for more than a few digits. Taylor is two
-// to seven times as fast as Dop853 on pendulums, orbits, chains and linkages. T, V and forces may branch. Otherwise, so where a constraint branches,
-// with Dop853.
-//
-// Stiff. An explicit method of order p is stable while h |λ| stays below a limit for every eigenvalue λ of ∂f/∂y: 6 for Dop853 in all directions,
-// 0.37 p + 1.4 for Taylor. Accuracy holds h |λ| below that as long as a motion with rate |λ| is going on: at 1.2 for Taylor, below 3.5 for Dop853. So
+// It begins with Taylor where T, V, forces and constraints are formulas, rtol is at most 1e-4 and y has up to 128 components, else
+// with Dop853. (On pendulums, orbits, chains and linkages Taylor is two to seven times as fast.) Both are stable while h |λ| is below
+// a limit, 6 for Dop853 and 0.37 p + 1.4 for Taylor of order p. While a fast motion goes on accuracy keeps h |λ| lower, so that
 //
 //     h ρ > 4  (Dop853),      h ρ > half the limit  (Taylor),      ρ = max |λ| of the exact Jacobian
 //
-// says that something fast is there, that it is at rest within the tolerance, and that only stability holds the step. It is computed every 4 size()
-// steps, and sixteen at least, so that the Jacobian is two percent of the cost. With more than a thousand components it is every hundred steps, for
-// there it takes twenty evaluations (steps/spectral_radius.hpp). If it warns twice in a row, the stiff method takes over, provided that the fast
-// part is damped:
-//
-//     −Re λ ≥ 0.1 |λ| .
-//
-// What swings undamped is no stiffness, even at rest. BDF of order 3 and more lets it grow when h |λ| is about 1 to 10, and then has to follow it. That
-// is less accurate, and costs more than the explicit methods at their limit. An example is a pendulum on an undamped spring of 1e6 N/m in Cartesian
-// coordinates, for 10 s at 1e-6. Taylor takes 1.7 ms with an error of 8e-6, BDF 36 ms with 4e-4. (In r and θ CvodeBdf is cheaper, and less accurate:
-// docs/steppers.md.)
-//
-// Back. A stiff method covers some time per evaluation, Jacobians counted as size() of them; Dop853 at its limit, 4.8/ρ for twelve. It loses digits
-// with each of its steps, and a step costs more than its evaluations. So when it gains less than a factor of 6, the first method takes over again. To
-// leave it then takes four times as many warnings as before. An exception is a gain of 60 at some time, which pays for a change.
-//
-// Other changes: Taylor may meet a point at which T, V or a force is not analytic, or more branches than pay, as of a sensor of many cells. The stiff
-// method may be unable to take a step. Then Dop853 goes on from the last good state. Nothing depends on a clock: the same run is the same to the last
-// bit.
-//
-// Reference: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2 (stiffness detection in DOP853).
+// means that only stability holds the step. Then the stiff method takes over, if the fast part is damped, −Re λ ≥ 0.1 |λ|, until
+// it gains too little. Dop853 goes on where Taylor or the stiff method fails. As no choice depends on a clock, a run repeats to
+// the last bit. Reference: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.2 (stiffness detection).
 
 #include <Eigen/Core>
 #include <functional>

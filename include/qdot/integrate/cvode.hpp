@@ -4,22 +4,16 @@
 // CVODE's two families of multistep methods, for any system that can be stepped.
 //
 //     CvodeBdf      backward differentiation formulas, order 1 to 5:  Σ αᵢ yₙ₋ᵢ = h f(tₙ, yₙ)
-//                   stable for stiff motion: dampers and springs that are fast beside the motion of
-//                   interest. Each step solves its implicit equations by Newton's method with the
-//                   exact Jacobian of the system (dual numbers; never a difference quotient).
 //     CvodeAdams    Adams–Moulton formulas, order 1 to 12:  yₙ = yₙ₋₁ + h Σ βᵢ f(tₙ₋ᵢ, yₙ₋ᵢ)
-//                   more accurate per step where the motion is smooth and not stiff.
 //
-//     const auto run = simulate(system, start, 10.0, CvodeBdf{}, {.rtol = 1e-10});
+// BDF is for stiff motion, with dampers and springs that are fast beside the motion of interest. Newton's method solves its
+// implicit equations with the exact Jacobian (dual numbers), about every sixty steps a new one. Adams is more accurate per step
+// where the motion is smooth and not stiff. On a pendulum a step costs 1.1 µs (BDF) to 1.3 µs (Adams) of CVODE's own, and about
+// 1.1 evaluations; dense output adds half a microsecond. Functional iteration, an option of Adams, took 1.3 to 2.3 times the
+// evaluations of Newton's at the same accuracy, and failed where the motion turns stiff for a while. So Newton is the default.
 //
-// What a step costs, measured on a pendulum: 1.1 µs (BDF) to 1.3 µs (Adams) of CVODE's own, and about
-// 1.1 evaluations of the right-hand side; dense output adds half a microsecond. A Jacobian is needed
-// every sixty steps. Adams may also be corrected by functional iteration. On pendulums and chains at tolerances from 1e-6 to
-// 1e-12 that took 1.3 to 2.3 times the evaluations of Newton's iteration at the same accuracy. It was as fast for one or two
-// coordinates and slower beyond. It failed where the motion turns stiff for a while, so Newton is the default.
-//
-// Reference: A. C. Hindmarsh et al., SUNDIALS: Suite of nonlinear and differential/algebraic equation
-// solvers, ACM TOMS 31 (2005) 363–396.
+// Reference: A. C. Hindmarsh et al., SUNDIALS: Suite of nonlinear and differential/algebraic equation solvers, ACM TOMS 31
+// (2005) 363–396.
 
 #include <functional>
 #include <memory>

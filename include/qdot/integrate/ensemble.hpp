@@ -8,16 +8,13 @@
 //       return simulate(pendulum({.l = 1.0 + 0.05 * random.normal()}), start, 10.0, Dop853{}, options).y[0];
 //     });
 //
-// A motion is a function of its number i, which knows its own start and parameters and returns what to keep of the run. So motions share nothing,
-// and any of them can be done again by itself. The results are the same bits for one thread or sixty-four: they do not depend on the thread that
-// computes them. Threads take chunks of consecutive numbers from a counter, the next one as soon as they are free, for motions that end early or
-// late.
+// A motion is a function of its number i; it makes its own start and parameters and returns what to keep of the run. So motions
+// share nothing, and the results are the same bits for any number of threads. Threads take chunks of consecutive numbers from a
+// counter, for motions that end early or late. An exception of a motion is kept with its number, and the rest goes on. A run with
+// an outcome other than `completed` is no error here: the motion's function decides what to keep of it.
 //
-// What goes wrong with a motion is kept with its number, exceptions of the user's included, and the rest goes on. A run with an outcome other than
-// `completed` is nothing that went wrong here: it is the motion's function that decides what to keep of it.
-//
-// Memory: the results, or, with a reduction, a few chunks of them. reduce(sum, i, kept) is called in the order of i, by one thread at a time,
-// whatever the number of threads. So sums in floating point are the same bits as well. Threads that are too far ahead wait for it.
+// reduce(sum, i, kept) is called in the order of i, by one thread at a time, so that sums in floating point are the same bits,
+// too. Then memory holds a few chunks of results; threads that are too far ahead wait.
 
 #include <algorithm>
 #include <atomic>

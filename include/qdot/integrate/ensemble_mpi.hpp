@@ -7,23 +7,14 @@
 //     const auto ends = ensemble(MpiRanks{MPI_COMM_WORLD}, 100'000, motion);     // on rank 0; empty on the others
 //     const double sum = ensemble(MpiRanks{MPI_COMM_WORLD}, 100'000, motion, 0.0, add);
 //
-// ensemble() of integrate/ensemble.hpp and of integrate/many_in_lanes.hpp with a communicator in front. All its ranks call it with the same
-// arguments, and a motion is done by whichever is free. A motion is a function of its number, so the results are the same bits for any number of
-// ranks and threads. reduce(value, i, kept) is called in the order of i, on rank 0, by the thread that called.
+// All ranks call ensemble() with the same arguments. A motion is a function of its number, so the results are the same bits for
+// any number of ranks and threads. Rank 0 gives out chunks by messages and does motions as well. A one-sided counter instead
+// (MPI_Fetch_and_op) answers over TCP only when rank 0 calls MPI, as messages do (Open MPI 4.1). And results have to go to rank 0
+// in any case, so that its answer to them is the next chunk.
 //
-// Rank 0 gives out chunks and does motions as well. The other way would be a counter in memory that ranks add to, one-sided (MPI_Fetch_and_op). It was
-// measured with two ranks of Open MPI 4.1 on one machine. In common memory it answers in 0.1 µs whatever rank 0 does. Over TCP it answers not before
-// rank 0 calls MPI again, which is when rank 0 would answer a message. And a counter does not keep ranks from running ahead of a reduction. Its
-// results have to go to rank 0 in any case, and the answer to them is the next chunk. So there is one kind of message, a rank always has its next
-// chunk in hand, and nothing asks for more of MPI than version 3 has everywhere.
-//
-// With MPI_THREAD_FUNNELED or more, motions of rank 0 go in a thread beside the one that answers, which takes up to some hundredths of its time. With
-// MPI_THREAD_SINGLE it answers between two of its motions, and a single one that takes longer than the chunks of others makes them wait. Two
-// ranks took 0.97 to 1.06 times as long as two threads (docs/many.md).
-//
-// What a motion throws is kept by its number as an Error with its message, on whatever rank. When a rank dies (a signal, a machine that is
-// gone), MPI ends all of them, and the results so far are lost. `qdot sweep --resume` is for motions that have to survive that. A rank
-// that does not call, or has thrown before, is waited for without end.
+// With MPI_THREAD_FUNNELED or more a thread of rank 0 answers beside its motions; with MPI_THREAD_SINGLE it answers between two
+// of them. Two ranks took 0.97 to 1.06 times as long as two threads (docs/many.md). When a rank dies, MPI ends all and the
+// results are lost (`qdot sweep --resume` survives that). A rank that does not call, or has thrown before, is waited for.
 
 #include <algorithm>
 #include <concepts>

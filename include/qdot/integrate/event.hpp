@@ -5,55 +5,16 @@
 //
 //     simulate(system, start, t_end, Dop853{}, {},
 //              events(event("apex", [](const auto& q, const auto& qdot) { return qdot[1]; }).falling(),
-//                     event("floor", [](const auto& q) { return q[1]; }).falling().stop()));
+//                     event("floor", [](const auto& q) { return q[1]; }).falling().stop(),
+//                     every("controller", 0.01).action([&](State<2>& s) { force = -K * s.q; })));
 //
-// g(q), g(q, q̇), g(q, q̇, t), or g(q, q̇, z, t) with the effects' own states z, is watched on the dense output of every step. So all methods have
-// events, and no stepper has code for them. Of an event the run keeps its time and name (Run::events), and then it
+// g(q), g(q, q̇), g(q, q̇, t), or g(q, q̇, z, t) with the effects' own states z, is watched on the dense output of every step. So all
+// methods have events, and no stepper has code for them. The run keeps the time and name of each (Run::events). An event then
+// records and costs nothing but the search, ends the run with .stop(), or changes the state with .action(f).
 //
-//     records     goes on in the same step: an event that only looks costs nothing but the looking;
-//     .stop()     ends the run there, outcome stopped_by_event;
-//     .action(f)  lets f change the state, f(State<n>&) or f(t, y), and starts the method afresh from the
-//                 changed state. Trajectory::before(t) and at(t) are the two sides of the jump. What lasting constraints
-//                 forbid of a change is taken back by projection: a push on a constrained body is felt along its freedom.
-//                 A closed contact opens by a kick, or where f moves its gap; friction that sticks slips.
-//                 What leaves NaN or infinity behind ends the run as non_finite, and what sets the time or another
-//                 size of the state as invalid_change; the motion up to there is kept.
-//
-// Events of a clock need no function: every("sample", 0.01) happens at the start of the run, 0.01 later, and so on while t < t_end, and takes
-// .stop() and .action(f) like any other. The run lands on these times (the k-th is t₀ + 0.01 k, not a sum), so a digital controller is
-//
-//     every("controller", 0.01).action([&](State<2>& s) { force = -K * s.q; })      what functors read may change there,
-//
-// or one that keeps its output among the effects' own states, .action([](double t, Eigen::VectorXd& y) { y[4] = …; }).
-//
-// An event whose function takes every scalar, `[](const auto& q, const auto& qdot, const auto& t) { using std::sin; return … }`, may be declared
-// a formula: .formula(). Then g is called with intervals as well, which proves of every step that no zero was passed over
-// (integrate/driver/event_proof.hpp). No signature tells a formula from what only looks like one, so this has to be asked for.
-//
-// The rules, each with a test:
-//   crossing    Motion through zero is an event, in the asked direction of time's arrow: falling means that g becomes
-//               negative as the run goes on. A jump across zero is none, nor is a pole, nor is g ≡ 0; a jump onto zero is one.
-//               The time handed out is the first double on the far side of the root. Of a g that stays zero for a while, it is where that
-//               begins, and where it ends if g was zero at t₀.
-//   noise       Where an event only records, a g that begins at zero to within the method's tolerance has no sign before it has left that: the
-//               velocity of what sticks, a gap that is closed, and what a constraint keeps at zero have no events.
-//   fast g      g may be much faster than the motion: the step is searched in panels as short as g asks for (integrate/driver/event_finder.hpp), which
-//               for a slow g is the whole step. What is followed only with an effort without end, noise for one, is
-//               counted in Statistics::unresolved_events, for then roots may have been missed, and the run's message reports it. An
-//               excursion across zero that is narrow beside everything else that g does may lie between all samples, unless g is a
-//               formula(): then it is found, and what rounding does not decide, a touching of zero, is counted as well.
-//   touching    Between samples g is looked at for its extremum; so two roots close together are found when g gets farther
-//               across zero than the extremum's own accuracy.
-//   order       All roots of a step are taken in the order of time, those at the same time in the order of the list.
-//   muting      After an event has changed the state, g may still be zero: it counts again once it has left zero. If its action has
-//               turned or stopped the motion of g, it leaves zero to the side it came from: g is watched from the first
-//               instant behind the action, and the run ends as zeno where g returns sooner than t can tell.
-//               What another event's action puts onto zero is treated as at t₀.
-//   at t₀       g = 0 at the start counts if g then moves in the asked direction.
-//   barriers    An action that keeps g ≥ 0 (an impact) is a barrier: then g < 0 is never passed in silence.
-//   Zeno        Infinitely many events before a finite time end the run as zeno, when they follow each
-//               other as closely as t can tell. Those that only record are then counted in Statistics::unresolved_events, and the run goes on. A contact
-//               (effects/contact.hpp) comes to rest instead.
+// The search (integrate/driver/event_finder.hpp) follows a g that is much faster than the motion. A short excursion across zero may
+// lie between all samples, unless g is declared a .formula(): then intervals prove that none was passed over. What could not be
+// followed is counted in Statistics::unresolved_events and reported in the run's message, for then roots may have been missed.
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +33,7 @@
 
 namespace qdot {
 
-/// Which crossings of zero count.
+/// Which crossings of zero count, in the direction in which the run goes.
 enum class Direction {
   either,   ///< all
   falling,  ///< g goes from positive to negative along the run
@@ -116,7 +77,7 @@ struct Event {
 
   static constexpr bool records = std::is_same_v<Action, detail::RecordOnly>;  ///< whether it only looks
   static constexpr bool stops = std::is_same_v<Action, detail::StopThere>;     ///< whether it ends the run
-  /// True when the action turns g back to g ≥ 0, as an impact does.
+  /// True when the action turns g back to g ≥ 0, as an impact does: then g < 0 is never passed without it.
   static constexpr bool is_barrier = requires { requires Action::is_barrier; };
   /// True when zeros of g are proved.
   static constexpr bool is_formula = requires { requires G::is_formula; };
@@ -151,6 +112,13 @@ struct Event {
   Event<G, detail::StopThere> stop() const { return {name, g, direction, {}}; }
 
   /// An event that changes the state: how(State<n>& s), or how(double t, Eigen::VectorXd& y) for all of y.
+  ///
+  /// The method starts afresh from the changed state; Trajectory::before(t) and at(t) are the two sides of the jump. What lasting constraints
+  /// forbid of the change is taken back by projection. A closed contact opens by a kick, or where its gap is moved; friction that sticks slips.
+  /// NaN or infinity ends the run as non_finite, another time or size of the state as invalid_change.
+  ///
+  /// Afterwards g counts again once it has left zero. An action that turned or stopped g lets it leave to the side it came from. Events that
+  /// follow each other as closely as t can tell end the run as zeno; those that only record are counted in Statistics::unresolved_events.
   template <class Change>
   [[nodiscard("qdot: action(how) returns another event; change is what it does")]] Event<G, Change> action(Change how) const {
     return {name, g, direction, std::move(how)};
@@ -164,6 +132,12 @@ struct Event {
 
 /// The event that g(q), g(q, qdot), g(q, qdot, t) or g(q, qdot, z, t) is zero, z the effects' own states; by itself it is recorded, in either direction.
 ///
+/// Motion of g through zero is an event; a jump across zero, a pole and g ≡ 0 are none, a jump onto zero is one. Its time is the first double on
+/// the far side of the root. Where g stays zero, it is where that begins, or where it ends if g was zero at the start. g = 0 at the start counts
+/// if g then moves in the asked direction. What begins at zero to within the tolerance has no events, where they only record, before it has left
+/// that. Two roots close together are found when g gets farther across zero than its extremum is known. All roots of a step are taken in the
+/// order of time, those at the same time in the order of the list.
+///
 /// @param name  as it appears in Run::events
 /// @param g     real and continuous; called some ten times for each step, and for each of its own fast turns
 template <class G>
@@ -173,6 +147,7 @@ Event<G> event(std::string name, G g) {
 
 /// The event that happens each time a period has passed; by itself it is recorded.
 ///
+/// It happens while t < t_end, the k-th time at t₀ + k · period and not at a sum; what functors read may change there, as for a digital controller.
 /// Each time costs a landing, and with an action a fresh start of the method: for many times a second a one-step method is the right one.
 /// Forward runs only.
 ///

@@ -3,31 +3,16 @@
 //
 // Gauss: symplectic steps for any T and V.
 //
-//     const auto run = simulate(double_pendulum, start, 1e4, Gauss{.step = 0.02, .stages = 3});
-//
-// Where T(q, q̇) mixes positions and velocities no explicit method is symplectic. The Gauss collocation methods are. With s
-// stages at the zeros cᵢ of the Legendre polynomial P_s(2c − 1) they have order 2s, the highest possible. They are
-// time-reversible, and conserve every quadratic invariant (angular momentum) to rounding. They act on positions and momenta. With
-// the velocities Vᵢ at the stages as unknowns,
+// Where T(q, q̇) mixes positions and velocities, no explicit method is symplectic. Gauss collocation with s stages at the zeros cᵢ
+// of the Legendre polynomial P_s(2c − 1) is, and has order 2s, the highest possible. It is time-reversible and conserves quadratic
+// invariants (angular momentum) to rounding. It acts on positions and momenta, with the velocities Vᵢ at the stages as unknowns:
 //
 //     Qᵢ = q + h Σⱼ aᵢⱼ Vⱼ          p(Qᵢ, Vᵢ) = p + h Σⱼ aᵢⱼ F(Qⱼ, Vⱼ)
-//     q₁ = q + h Σⱼ bⱼ Vⱼ           p₁ = p + h Σⱼ bⱼ F(Qⱼ, Vⱼ),       p = ∂L/∂q̇,  F = ∂L/∂q,
+//     q₁ = q + h Σⱼ bⱼ Vⱼ           p₁ = p + h Σⱼ bⱼ F(Qⱼ, Vⱼ),       p = ∂L/∂q̇,  F = ∂L/∂q + ΣQ.
 //
-// which is also the discrete variational principle of the same nodes (a Galerkin variational integrator).
-// Iteration. Vᵢ ← Vᵢ − M(Qᵢ)⁻¹ (p(Qᵢ, Vᵢ) − p − h Σⱼ aᵢⱼ Fⱼ) with M from the first guess contracts like h; the
-// guess is the polynomial of the step before, carried on. It is iterated until the change is rounding, or stops getting smaller; if it grows, the step
-// is too long. An iteration left at 1e-10 would drift by 1e-10 per step, and the method would not be symplectic. At the end q̇₁ follows from p(q₁,
-// q̇₁) = p₁ the same way. p itself is carried from step to step, with q and p as compensated sums (integrate/steps/fixed_step.hpp): q̇ is only what
-// the user sees.
-//
-// A step costs s mass matrices and, times about five iterations, s evaluations of p and F.
-//
-// Scenes. Forces of effects enter F = ∂L/∂q + ΣQ, and their own states follow by Zᵢ = z + h Σⱼ aᵢⱼ ż(Qⱼ, Vⱼ, Zⱼ) in the same iteration.
-// The order is the same, and forth and back still is the identity. Symplectic is the part that has a Lagrangian. With dissipation there is
-// nothing to be symplectic about, and an adaptive method is the better choice. Constraints enter as forces Jᵀλ(q, q̇, t), and every step
-// ends with a projection (integrate/driver/driver.hpp): as accurate, but neither symplectic nor reversible; that is Rattle's trade
-// (rattle.hpp).
-//
+// The iteration runs until the change is rounding: with 1e-10 left the energy would drift by 1e-10 per step. A step costs s mass
+// matrices and, times about five iterations, s evaluations of p and F. With forces, or constraints (Jᵀλ, and a projection after
+// each step), it is as accurate, but not symplectic; Rattle is, on constraints (rattle.hpp).
 // Reference: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006, II.1.3,
 // VI.6.2 (variational), VIII.6 (iteration); E. Hairer, R. McLachlan, A. Razakarivony, BIT 48 (2008) 231.
 

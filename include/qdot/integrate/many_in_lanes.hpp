@@ -6,27 +6,15 @@
 //     const auto ends = ensemble(pendulum, 1'000'000, [&](std::size_t i) { return start_of(i); }, 10.0, Dop853{}, options);
 //     const auto turns = ensemble(pendulum, count, start_of, 10.0, Dop853{}, options, event("over", over).stop());
 //
-// ensemble(count, motion) of integrate/ensemble.hpp does motions one after the other. Where they differ only in their starts, or in
-// parameters (family()), and all that is wanted of each is where it ends, eight go side by side, a lane each (integrate/lanes/lane_run.hpp). Their
-// equations are the same lines (mechanics/derive/lane_equations.hpp), which a processor carries out on four or eight doubles by one instruction.
-// Parameters are inputs of the lines, derived once for all members of a family. A lane that has arrived takes the next motion.
+// Motions that differ only in their starts, or in parameters (family()), and of which only the end is wanted, go eight side by side,
+// a lane each (integrate/lanes/lane_run.hpp). One instruction carries out a line of their equations for four or eight of them. A lane
+// that has arrived takes the next motion.
 //
-// A motion leaves the pack and goes on alone, as simulate() does it, where its lane cannot go on. Reasons are a singular M, a number that is not finite,
-// a step that gets too small, and an event that has been passed. So outcomes and messages are those of simulate(). An event's function is asked at both
-// ends of a step and at three places between; two zeros closer than that are passed over, which simulate() finds. What the watchdog has to say is asked
-// at the end of a motion, and if it has something, the motion is done again alone, all of it.
-//
-// The results are the same bits for any number of threads, any chunk, any order of motions. The results differ from those of simulate()
-// within the tolerance. The step control of lanes has an exponential and a logarithm of its own, sums have another order, and so steps may
-// end elsewhere.
-//
-// Forces of effects, springs, damping, motors and whatever else can be recorded go in lanes as well. So do energies that depend on t, each lane with
-// its own t, and with steps as long as time allows (integrate/watch/time_watch.hpp).
-//
-// Alone go: systems of more than 16 coordinates or with an indefinite M; scenes with constraints, contacts, dry friction, or effects with states. So do
-// functors that compare numbers or take plain numbers only, equations of more than 4000 lines, and families with terms in L. So do events that do not stop
-// the run, and options beyond tolerances, steps and evaluations. So do more than four coordinates where there is no machine code for lanes. The result is
-// the same.
+// A motion goes on alone, by simulate(), where its lane cannot go on: M is singular, a number is not finite, a step gets too small, an
+// event was passed. One of which the watchdog has something to report is done again alone. So outcomes and messages are those of
+// simulate(). The results are the same bits for any number of threads, any chunk and any order. They differ from those of simulate()
+// within the tolerance, for the step control of lanes has its own exp and ln. An event is looked for at five places of a step: two
+// zeros that are closer are passed over.
 
 #include <algorithm>
 #include <cmath>
@@ -161,6 +149,10 @@ using EndOf = Kept<MotionEndOf<Sys>>;
 /// The ends of motions i = 0 … count − 1 of a system, from start_of(i) to t_end or to an event that stops them.
 ///
 /// By Dop853 two to five times as fast as one by one on x86-64 with AVX2 or AVX-512 under Linux, wherever that can be; else as fast.
+///
+/// Systems go one by one, with the same result, that have more than 16 coordinates (four without machine code for lanes) or an indefinite M. So do
+/// scenes with constraints, contacts, dry friction or effects with states. So do functors that compare numbers or take plain numbers only, equations
+/// of more than 4000 lines, and families with terms in L. So do events that do not stop the run, and options beyond tolerances, steps and evaluations.
 ///
 /// @param system    a system or scene, or a family() of them
 /// @param start_of  i → State<n>; called from several threads at once

@@ -3,19 +3,17 @@
 //
 // Outcomes: how a run ended.
 //
-// A run that goes from t₀ to t_end can end in more ways than "done" and "crashed". The observer had seen enough, or a budget of
-// steps or seconds was spent. The model gave NaN at t = 0.73. The solution runs away to infinity and the step shrinks to nothing
-// in front of the pole. In all of these the motion *up to there* is good and is what the user needs for finding out why. So they
-// are values and not exceptions: an Outcome has a name that programs compare and logs print, and one sentence of advice. The
-// driver (simulate.hpp) adds a message with the numbers: t, h, order, component.
+// A run from t₀ to t_end can end in more ways than "done" and "crashed". The observer had seen enough, or a budget of steps or
+// seconds was spent. The model gave NaN at t = 0.73. The solution runs away to infinity and the step shrinks to nothing in front of
+// the pole. In all of these the motion *up to there* is good, and the user needs it to find out why. So they are values and not
+// exceptions: an Outcome has a name that programs compare and logs print, and one sentence of advice. The driver adds a message
+// with the numbers: t, h, order, component.
 //
-//     completed                            t_end was reached
-//     stopped_by_observer, stopped_by_model, stopped_by_event, step_limit, evaluation_limit, time_limit, state_limit
-//                                          the user asked for this end
-//     non_finite … solver_error            the run failed
+//     completed                             t_end was reached
+//     stopped_by_observer … state_limit     the user asked for this end
+//     non_finite … solver_error             the run failed
 //
-// Exceptions remain for what is wrong before the first step (sizes, NaN, tolerances), and for
-// exceptions of the user's own, which come out of the run as they went in.
+// Exceptions remain for what is wrong before the first step (sizes, NaN, tolerances), and for exceptions of the user's own.
 
 #include <string>
 #include <string_view>

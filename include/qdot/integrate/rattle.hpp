@@ -1,26 +1,17 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Rattle: symplectic steps on constraints, for T(q̇) and V(q) with φ(q) = 0.
+// Rattle: symplectic steps on constraints φ(q) = 0, for T(q̇) and V(q).
 //
-//     const auto run = simulate(cartesian_pendulum, start, 1e4, Rattle{.step = 0.02, .order = 4}, {.keep_trajectory = false});
-//
-// A free step that is projected onto φ = 0 afterwards is as accurate as before, but not symplectic. The projection takes or gives
-// a little energy each time, always with the same sign. Rattle lets the constraint forces act within the step instead, once at
-// each end, and each along the normals where it acts:
+// A free step that is projected onto φ = 0 afterwards is as accurate, but not symplectic: the projection takes or gives a little
+// energy each time, always with the same sign. Rattle lets the constraint forces act within the step, once at each end:
 //
 //     q̇½ = q̇ + h/2 M⁻¹ (F(q) + J(q)ᵀ λ) ,     q₁ = q + h q̇½ ,     λ such that φ(q₁) = 0
 //     q̇₁ = q̇½ + h/2 M⁻¹ (F(q₁) + J(q₁)ᵀ μ) ,                      μ such that J(q₁) q̇₁ = 0 ,      F = −∂V/∂q.
 //
-// It is of order 2, symplectic on the surface φ = 0, J q̇ = 0, its own inverse with −h, and keeps momenta of linear symmetries to
-// rounding. Higher orders are palindromes of such steps with the lengths of integrate/steps/symplectic_schemes.hpp: 3 for order 4, 9 for 6, 17
-// for 8.
-//
-// λ is found by Newton's method with the matrix J(q) M⁻¹ J(q)ᵀ of the step's beginning, which also gave μ at the end of the step
-// before. Each iteration gains a factor of about h. It is iterated to rounding, for the same reason as in Gauss (gauss.hpp).
-// Constraints φ(q, t) that move are kept as well. Redundant rows are, too.
-//
-// What does not fit: T(q, q̇), forces, friction, nonholonomic constraints. Gauss takes those, projected after each step.
+// It is of order 2, symplectic on φ = 0, J q̇ = 0, its own inverse with −h, and keeps momenta of linear symmetries to rounding.
+// Higher orders are palindromes of such steps (integrate/steps/symplectic_schemes.hpp): 3 for order 4, 9 for 6, 17 for 8. φ(q, t)
+// and redundant rows are kept as well. What does not fit: T(q, q̇), forces, friction, nonholonomic constraints. Gauss takes those.
 //
 // Reference: H. C. Andersen, J. Comput. Phys. 52 (1983) 24; E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration,
 // 2nd ed., Springer 2006, VII.1.4.

@@ -3,19 +3,18 @@
 //
 // A body in every attitude, with three coordinates.
 //
-// No three coordinates describe all rotations: Euler's angles are locked at a pole, the rotation vector v (axis times
-// angle, rotation_from_vector) at |v| = 2π. But the rotation vector has a second name for every attitude,
+// No three coordinates describe all rotations: Euler's angles are locked at a pole, the rotation vector v (axis times angle,
+// rotation_from_vector) at |v| = 2π. But a second rotation vector describes the same attitude,
 //
-//     v  and  v' = (1 − 2π/|v|) v       the turn by |v| one way round is the turn by 2π − |v| the other way round,
+//     v' = (1 − 2π/|v|) v :       the turn by |v| one way round is the turn by 2π − |v| the other way round.
 //
-// so one can change the name long before the lock is near. This event does, where |v| grows beyond 3.5, to
-// |v'| = 2π − 3.5 = 2.78; it fires again only after |v| has grown by 0.72:
+// This event changes to it where |v| grows beyond 3.5, to |v'| = 2π − 3.5 = 2.78; it happens again after |v| has grown by 0.72:
 //
 //     simulate(body, start, t_end, Dop853{}, {}, events(rotation_chart<0>()))
 //
-// and T and V stay as they are. R, ω and the energy are the same on both sides of a change; v jumps (Trajectory::before and
-// at), and Run::events has the times. Four coordinates do without it: a quaternion whose length has an inertia of its own,
-// or is held by a constraint (tests/stress/quaternions.test.cpp).
+// R, ω and the energy are the same on both sides of a change, and T and V stay as they are; v jumps (Trajectory::before and at).
+// Four coordinates do without it: a quaternion whose length has an inertia of its own, or is held by a constraint
+// (tests/stress/quaternions.test.cpp).
 
 #include <Eigen/Core>
 #include <numbers>

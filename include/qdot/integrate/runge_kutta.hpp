@@ -1,45 +1,20 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Explicit Runge–Kutta steps, unrolled: Dop853 (the general choice) and Dopri5 (few digits).
+// Explicit Runge–Kutta steps, unrolled: Dop853 (order 8, the general choice) and Dopri5 (order 5, few digits).
 //
-//     const auto run = simulate(system, start, 10.0, Dop853{}, {.rtol = 1e-10});
+// The compiler knows the coefficients, and the size of y where n is fixed. Every Σⱼ aᵢⱼ kⱼ becomes straight-line code without zero
+// terms: a step of two coordinates has a few tens of nanoseconds of its own, a multistep code's one or two microseconds. With
+// k₁ … k_s and y₁ = y + h Σ bⱼ kⱼ a step is accepted if err ≤ 1, and the next one is, by a proportional–integral controller,
 //
-// What makes it fast. The table of coefficients is known to the compiler, and so is the size of y for systems with n fixed. Every
-// Σⱼ aᵢⱼ kⱼ becomes straight-line code without the terms that are zero, and nothing is allocated. For two coordinates the
-// method's own share of a step is a few tens of nanoseconds; a multistep code's is a microsecond or two.
+//     h · 0.9 · err^(−α) · err_before^β ,      β = 0.2/order,  α = 1/order − 0.75 β        (β damps h at the limit of stability)
 //
-// One step:
-//     stages      k₁ … k_s, then y₁ = y + h Σ bⱼ kⱼ
-//     error       eᵢ = h Σ eⱼ kⱼ in units of rtol |yᵢ| + atolᵢ, root of the mean square. Dop853 has two
-//                 of them, of order 5 and 3, and takes  err = e₅² / √(e₅² + 0.01 e₃²), which behaves
-//                 like h⁸ and cannot be fooled by an e₅ that happens to vanish.
-//     decision    accept if err ≤ 1. The next step is
-//                     h · 0.9 · err^(−α) · err_before^β,      α = 1/order − β/5·order₈…  (see below)
-//                 a proportional–integral controller: β > 0 damps the oscillation of h where stability limits the step.
+// err is the root mean square of h Σ eⱼ kⱼ in units of rtol |yᵢ| + atolᵢ. Dop853 has two estimates, of order 5 and 3, and takes
+// e₅² / √(e₅² + 0.01 e₃²), which behaves like h⁸ and is not fooled by an e₅ that vanishes by chance. Dense output
 //
-// Differences. Of two sums that are the same in exact numbers, since Σⱼ aᵢⱼ = cᵢ and Σ bⱼ = 1,
+//     y(t + s h) = y + s (F₀ + (1 − s)(F₁ + s (F₂ + (1 − s)(F₃ + …)))),   F₀ = Δ = y₁ − y, F₁ = h k₁ − Δ, F₂ = 2Δ − h(k₁ + k_new)
 //
-//     h Σⱼ aᵢⱼ kⱼ   and   h (cᵢ k₁ + Σⱼ aᵢⱼ (kⱼ − k₁)) ,
-//
-// the second is taken, also for b (and e, whose sum is 0). The weights alternate (the sizes of Dop853's b add up to 13) and are
-// rounded themselves, which is the same error in each step: Σ bᵢ Σⱼ aᵢⱼ is ½ + 4.6e-16, and the energy goes one way. Beside
-// differences, which are smaller by h, such errors count an order less. What rounding b and c leaves of ½ − Σ bᵢ cᵢ, the next
-// order, is known exactly and added (`half_defect`). Stages, too, begin at y and what its rounding lost.
-//
-// Near rounding. Sums over steps are compensated (integrate/steps/fixed_step.hpp), for the last addition is then most of a step's error. The
-// rest has a sign and adds up, so with rtol < 1e-14 the estimate must stay 64 times below a unit. And a step is what the sum of elapsed and h
-// was rounded to, lest the clock lose 1e-13 s at 2000 s in each.
-//
-// Dense output. With Δ = y₁ − y, s ∈ [0, 1] and Δ, h k₁ − Δ, 2Δ − h(k₁ + k_new), h Σ dⱼ kⱼ … as F₀ … F_m,
-//
-//     y(t + s h) = y + s (F₀ + (1 − s)(F₁ + s (F₂ + (1 − s)(F₃ + …))))
-//
-// of order 7 (Dop853) or 4 (Dopri5). It is multiplied out to powers of s, the common currency of
-// integrate/steps/polynomial.hpp. Dop853's needs three more evaluations, made when the step's polynomial is asked for; a run with
-// keep_trajectory = false and without output times saves them.
-//
-// Reference: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.4–II.6, II.10.
+// has order 7 (Dop853, by three evaluations where it is asked for) or 4 (Dopri5).  (Hairer, Nørsett, Wanner I, II.4–II.6, II.10)
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -120,7 +95,9 @@ class RungeKuttaStepper : public detail::OneStep<N> {
   // inline it into the loop of the run, where registers are short. A run of a double pendulum then takes 1.2 times as long.
   double attempted_step(double end, double h, Eigen::Index& worst);
 
-  // Column `row` of k ← f less k₁.
+  // Column `row` of k ← f less k₁. Since Σⱼ aᵢⱼ = cᵢ and Σ bⱼ = 1, h (cᵢ k₁ + Σⱼ aᵢⱼ (kⱼ − k₁)) is taken for h Σⱼ aᵢⱼ kⱼ. The weights alternate and
+  // are rounded, the same error in each step: Σ bᵢ Σⱼ aᵢⱼ is ½ + 4.6e-16, and the energy goes one way. Beside differences, smaller by h, such
+  // errors count an order less; what rounding leaves of ½ − Σ bᵢ cᵢ is known and added (`half_defect`).
   void write_difference(int row) { detail::write_difference<N>(f_.data(), k_.data(), k_.data() + row * size(), size()); }
 
   template <std::size_t... i>
@@ -158,7 +135,7 @@ class RungeKuttaStepper : public detail::OneStep<N> {
 
   [[noreturn, gnu::cold, gnu::noinline]] void throw_non_finite() const;
   double initial_step_;
-  double share_;               // of a unit that the estimate may be is 1/share_
+  double share_;               // of a unit that the estimate may be is 1/share_: 1/64 for rtol < 1e-14, where the error's sign must drown in rounding
   double h_ = 0.0;             // planned, with its sign; 0 before the first step
   double h_last_ = 0.0;        // taken; 0 before the first step
   double error_before_ = 1e-4;
@@ -208,6 +185,7 @@ bool RungeKuttaStepper<C, N>::step(double t_limit) {
     const double distance = this->distance_left();
     const bool lands = std::abs(h) * (1 + 1e-3) >= std::abs(distance);
     if (lands) h = distance;
+    // A step is what the sum was rounded to; otherwise the clock would lose 1e-13 s at 2000 s in each.
     const double end = lands ? this->clock_.length() : this->clock_.rounded(this->elapsed_ + h, h);
     const double taken = end - this->elapsed_;
     double error = 0.0;

@@ -1,28 +1,20 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Accuracy as a request.
+// Accuracy as a request: a bound of the *global* error, not of that of a step.
 //
 //     const auto result = simulate_to_accuracy(system, start, 10.0, Dop853{}, 1e-9);
 //     if (!result.reached()) std::cerr << result.run.message << '\n';
 //     result.run.trajectory …, result.error_estimate, result.forecast[0].seconds …
 //
-// The number asked for bounds the *global* error: at all output times, each component beside its own largest value
-// (integrate/accurate/motion.hpp). A few runs find the tolerance that is needed, and are compared (integrate/accurate/search.hpp). The last
-// of them is returned, with an estimate of its error that was measured and not assumed. Either
+// The error at all output times, each component beside its own largest value (integrate/accurate/motion.hpp), is at most the number
+// asked for. A few runs are compared and find the tolerance for that (integrate/accurate/search.hpp). The last one is returned:
 //
-//     error_estimate ≤ accuracy        the run as simulate() gives it, or
-//     Outcome::accuracy_not_reached    double has too few digits for what the motion does with rounding, or the
-//                                      limits in the options do not allow it: the most accurate run, its estimate
+//     error_estimate ≤ accuracy        measured, not assumed, or
+//     Outcome::accuracy_not_reached    double has too few digits, or the options' limits forbid it: the most accurate run,
 //
-// or the run ends as a run may end: a singular mass matrix, a pole. Only what double does not allow, or the options
-// forbid, is given up.
-//
-// All runs use the method that is given: Taylor{} where T and V are analytic, Dop853{} otherwise, CvodeBdf{} where the
-// system is stiff. Between steps the interpolant counts. The runs are compared at the output times; where none are given and the
-// trajectory is kept, at 64 equal parts of the time; else at the end.
-//
-// Cost: mostly two to three times that of the one run that knew the right tolerance (docs/accuracy.md).
+// or the run ends as any run may end. The interpolant counts between steps. Without output times the runs are compared at 64 equal
+// parts of the time if the trajectory is kept, else at the end. Cost: mostly two to three times that of one run (docs/accuracy.md).
 
 #include <Eigen/Core>
 #include <algorithm>

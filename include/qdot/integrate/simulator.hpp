@@ -1,10 +1,7 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// The simulator: for programs that own the clock.
-//
-// simulate() goes from t₀ to t_end and returns the whole motion. A controller in the loop, a game or a co-simulation works the other
-// way round. It sets inputs, advances by a millisecond and reads the state; sometimes it goes back to an earlier state.
+// The simulator: for programs that own the clock, such as a controller in the loop, a game or a co-simulation.
 //
 //     Simulator plant(scene(system, input("motor", 0)), start, Dop853{});
 //     for (long k = 1; k <= 10'000; ++k) {
@@ -12,31 +9,12 @@
 //       if (!plant.advance_to(1e-3 * k)) return complain(plant.message());
 //     }
 //
-// Each advance is a run of its own, from (t, y) to where it was told to go, with inputs held. y = [q; q̇; z] holds the inputs u and all other
-// states of effects as well (effects/input.hpp). The method begins afresh at each advance, so the future depends on (t, y) alone. The one
-// exception is the event that stopped the last advance: it has to leave zero before it counts again. Therefore
-//
-//     save, go on, restore, go on     gives the same bits, here and in another process on such a machine;
-//     the same calls                  give the same bits, however many simulators run beside.
-//
-// An input may also go linearly to where it is sent, as signals do that are known at some instants only (effects/interpolated_input.hpp):
-//
-//     Simulator plant(scene(system, interpolated(input("motor", 0))), start, Dop853{});
-//     plant.ramp_input("motor", value, t_reached);
-//
-// Its slope and its end are states as u is. An advance that passes t_reached lands there, gives u its value, and goes on.
-//
-// What functors read of outside themselves is no part of it: a captured variable that the caller or an event changes is the caller's to keep.
-//
-// That is what a fresh start costs: some evaluations to choose the first step. A one-step method (Dop853, Dopri5, Taylor, Gauss) does not
-// mind; a multistep method begins at order one each time and is worth it only where an advance is long against its steps.
-//
-// Of what simulate() keeps, only the state and the last advance's events remain, in memory that the constructor took. For sizes fixed while
-// compiling, an advance that completes allocates nothing. Exceptions are an event or a contact that acts, and once the change from derived equations
-// to machine code (ad/native/line_evaluator.ipp). Options are those of a run and count for each advance: max_steps, max_evaluations and
-// max_wall_seconds bound the work of one call (asked for after each step), and its outcome has a name.
-//
-// To go on by dt a million times adds a million roundings to t; advance_to(k dt) does not.
+// Each advance is a run of its own with inputs held. y = [q; q̇; z] holds the inputs and all other states of effects, and the method
+// begins afresh, so the future depends on (t, y) alone. (An event that stopped the last advance has to leave zero first.) Therefore
+// to save, go on, restore and go on gives the same bits, in another process on such a machine as well. A variable that functors
+// capture is no part of it: the caller keeps it. A fresh start costs some evaluations to choose the first step. A multistep method
+// begins at order one, and is worth it only where an advance is long against its steps. For sizes fixed while compiling, an advance
+// that completes allocates nothing, but for events and contacts that act and, once, machine code (ad/native/line_evaluator.ipp).
 
 #include <Eigen/Core>
 #include <algorithm>

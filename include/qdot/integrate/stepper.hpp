@@ -3,37 +3,18 @@
 //
 // What a method must offer to be driven.
 //
-// A method (CvodeBdf, CvodeAdams, later an explicit Runge–Kutta, a Taylor series, a symplectic rule)
-// is a small value that holds its own settings. For one system and one set of options it makes a
-// stepper, the object with the memory:
+// A method (Dop853, Taylor, CvodeBdf …) is a small value with its settings. For a system and options it makes a stepper:
 //
-//     auto stepper = method.stepper(system, options);      allocates everything it will ever need
-//     stepper.reset(t, y);                                  start, or start afresh after a jump
+//     auto stepper = method.stepper(system, options);      allocates everything it will ever need, but for machine code
+//     stepper.reset(t, y);                                 start, or start afresh after a jump; at any time, also after a failure
 //     while (stepper.t() != t_limit)
-//       if (!stepper.step(t_limit)) → stepper.failure()     one accepted step, never past t_limit
+//       if (!stepper.step(t_limit)) → stepper.failure()    one accepted step, never past t_limit
 //
-// The contract, in words, because a concept can only check the spelling:
-//
-//   time_point()    where t() is, counted from the origin (time_point.hpp). reset() takes a TimePoint as well. A stepper that counts in
-//                   t alone may leave time_point() out; then short steps at a large t are as rough as its t is.
-//   reset(t, y)     evaluates f there and throws its typed errors. Allocates nothing, but for reading the
-//                   model again where the method keeps something of it. May be called
-//                   at any time, also after a failure or an exception, and forgets all history: what was
-//                   recorded or factored of functors is made again, for what they read may have changed.
-//                   The direction of time is that of the next t_limit.
-//   step(t_limit)   takes one accepted step, rejected attempts included, and lands on t_limit with
-//                   t() == t_limit exactly when it comes that far. Evaluates f in front of t_limit
-//                   only, at most a rounding unit from it: a switch there is not felt early.
-//                   Allocates nothing, but once for machine code. Returns false
-//                   if no step could be taken: t(), y() are then those of the last good step, and
-//                   failure() says why. Exceptions of the user's functors leave it as they are.
-//   y()             shows the state that the stepper keeps, not a copy: the loop looks at it after every step.
-//   polynomial()    the last step's dense output, valid between t_previous() and t(), until
-//                   the next step or reset. Its value at t() is y() up to rounding.
-//   statistics()    counts since construction; reset() does not clear them.
-//
-// Nothing here knows about output, observers, events or constraints: the driver builds them from
-// step, polynomial and reset, so they work with every method alike.
+// The driver builds output, observers, events and constraints from step, polynomial and reset, so they work with every method. A
+// concept verifies the spelling only. The rest is a contract: reset() forgets all history and makes anew what was recorded or
+// factored of functors; the direction of time is that of the next t_limit. step() evaluates f in front of t_limit only, at most a
+// rounding unit from it, so that a switch there is not felt early. When it returns false, t() and y() are those of the last good
+// step. Exceptions of the user's functors leave both as they are.
 
 #include <Eigen/Core>
 #include <concepts>
@@ -48,6 +29,11 @@
 namespace qdot {
 
 /// An integration method bound to one system, with the memory of one run.
+///
+/// reset() evaluates f at its start and throws its typed errors; it may also take a TimePoint. time_point() says where t() is, counted from the
+/// origin (time_point.hpp). A stepper that counts in t alone may leave it out: then short steps at a large t are as rough as its t is. Neither
+/// reset() nor step() allocates, but for machine code and to read the model again. y() shows the state that the stepper keeps, not a copy.
+/// polynomial() is valid until the next step or reset, and its value at t() is y() up to rounding. reset() does not clear statistics().
 template <class S>
 concept Stepper =
     std::movable<S> && requires(S& s, const S& c, double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> out) {

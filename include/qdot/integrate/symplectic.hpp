@@ -5,21 +5,16 @@
 //
 //     const auto run = simulate(kepler, start, 1e5, Splitting{.step = 0.01}, {.keep_trajectory = false});
 //
-// A planet, a molecule, a chaotic orbit over 10⁴ periods: there an accurate method is not enough. Its
-// energy error, however small per step, has a sign and adds up; after long enough a bound orbit has
-// spiralled in. A symplectic method has the geometry of the exact flow (it keeps every phase-space
-// area), so its energy error oscillates and does not grow. What grows is the phase along the orbit,
-// linearly; a method of order p makes it h^p small.
+// Over 10⁴ periods the energy error of an accurate method has a sign and adds up: a bound orbit spirals in. A symplectic method keeps
+// every phase-space area, as the exact flow does, so its energy error oscillates and does not grow. What grows is the phase along
+// the orbit, linearly; a method of order p makes it h^p small.
 //
-// The recipes, their orders and their sources are in integrate/steps/symplectic_schemes.hpp. Here they are carried out with M constant (T quadratic in
-// q̇ alone). M is inverted once, or factored where n is known at run time only. Each kick takes one gradient of V; the first kick of a step takes none
-// if the last one of the step before was at the same place.
+// The recipes, their orders and their sources are in integrate/steps/symplectic_schemes.hpp. Here M is constant (T quadratic in q̇
+// alone), and inverted once, or factored where n is known at run time only. Each kick takes one gradient of V, none if the last kick
+// was at the same place. With V(q, t) a kick takes V at the time that the drifts before it have reached: the splitting of the motion
+// in extended phase space, which keeps the order.
 //
-// Drives. With V(q, t) time drifts with q: a kick takes V at the time that the drifts before it have
-// reached. That is the splitting of the motion in extended phase space, and keeps the order.
-//
-// What does not fit. T(q, q̇), as for the double pendulum in its angles, has no exact drift; Gauss
-// (gauss.hpp) is the symplectic method for it. On constraints it is Rattle (rattle.hpp).
+// T(q, q̇), as of the double pendulum in its angles, has no exact drift: take Gauss (gauss.hpp), on constraints Rattle (rattle.hpp).
 
 #include <cmath>
 #include <string>

@@ -4,19 +4,17 @@
 // A point of time in two numbers, for one does not do.
 //
 // A double near t = 1.7e9 (a Unix time) has a resolution of 2.4e-7, one near 1e12 of 1.2e-4. A motion may need steps of 1e-9 there,
-// and each of them would lose these digits. So a run counts from where it started, or from its last stop time,
+// and each would lose these digits. So a run counts from where it started, or from its last stop time,
 //
 //     t = origin + elapsed ,
 //
-// and steps, floors, polynomials, roots of events and the way to the next landing are all in `elapsed`, whose digits are those of
-// the way and not of the clock. With origin = 0 nothing differs from counting in t.
+// and steps, floors, polynomials, roots of events and the way to the next landing are all in `elapsed`. With origin = 0 nothing differs
+// from counting in t. A functor gets a double: origin + elapsed, rounded. A model with an explicit t, such as sin(ω t), knows its time
+// to that resolution, whatever the method; a model that counts from its own beginning keeps its digits.
 //
-// What a functor is shown is a double: origin + elapsed, rounded. A model with an explicit t, such as sin(ω t), knows its time to
-// that resolution, whatever the method. There a large t costs digits; a model that counts from its own beginning keeps them.
-//
-// Sides of a switch. The ends of the interval may be stop times, at which a model may switch, and f must be evaluated on the side
-// of the motion. So after a stop time the first time that functors get is `first`, a rounding unit behind the origin. The last is
-// a rounding unit in front of the limit. The motion loses nothing by this.
+// The ends of the interval may be stop times, at which a model may switch, and f must be evaluated on the side of the motion. So after
+// a stop time the first time that functors get is `first`, a rounding unit behind the origin, and the last is a rounding unit in front
+// of the limit. The motion loses nothing by this.
 
 #include <algorithm>
 #include <cmath>

@@ -3,16 +3,14 @@
 //
 // A trajectory is a function of time, not a table.
 //
-// The driver appends the polynomial of every accepted step (integrate/steps/polynomial.hpp). y at any t between the first and the
-// last time comes from the polynomial of the step that contains t. So a plot, a root search or a comparison may sample as finely
-// as it likes after the run. It has the accuracy of the run, and needs no new evaluation of the model.
+// The driver appends the polynomial of every accepted step (integrate/steps/polynomial.hpp), and y at any t is that of the step that
+// contains t. So a plot, a root search or a comparison may sample as finely as it likes after the run. It has the accuracy of the run,
+// and needs no new evaluation of the model.
 //
-// Order and direction. Times run monotonically from front to back, up or down. A time at which two
-// steps meet belongs to the earlier one, because a method's own value lies at the end of its step.
-// Where the state *jumps* (an impact, a reset), t is the double nearest to the jump, and belongs to the later step. at(t) then
-// gives the state after the jump, and before(t) the state in front of it.
-//
-// Steps may be shorter than a rounding unit of t: they are told apart by what has elapsed since their origin (time_point.hpp).
+// Times run monotonically from front to back, up or down. A time at which two steps meet belongs to the earlier one, because a
+// method's own value lies at the end of its step. Where the state *jumps* (an impact, a reset), t is the double nearest to the jump:
+// at(t) gives the state after the jump, and before(t) the state in front of it. Steps may be shorter than a rounding unit of t: they
+// are told apart by what has elapsed since their origin (time_point.hpp).
 //
 // Memory is 8·size·(degree + 1) bytes for the coefficients of a step and 64 bytes for the step. Its blocks are never copied or
 // moved as the trajectory grows: on small systems copying one growing array cost more than the integration.

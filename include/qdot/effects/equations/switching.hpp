@@ -3,8 +3,7 @@
 //
 // Which constraints are active: the phases of contacts and dry friction, and how they change.
 //
-// Between events the phases are fixed and the equations smooth. Each effect has a guard, a function that is
-// ≥ 0 as long as its phase lasts:
+// Between events the phases are fixed and the equations smooth. Each effect has a guard that is ≥ 0 as long as its phase lasts:
 //
 //     contact apart    φ            closed    λ
 //     friction slides  s v          sticks    F_s² − |λ|²     in a plane plane_friction.hpp has that of sliding
@@ -13,9 +12,8 @@
 //
 //   1. Gaps. A closed contact whose gap something has moved (an action, a jump in time) opens if φ > 0, and is refused if φ < 0.
 //   2. Velocities. Contacts at φ = 0 that approach take their blow (impact.hpp), other constraints included.
-//   3. Accelerations. A contact at φ = 0 without velocity may be closed, friction at v = 0 may stick; which do is what phase_choice.hpp
-//      says. A contact whose next hop would not rise above what the method can tell from zero has no velocity.
-//
+//   3. Accelerations. A contact at φ = 0 without velocity may be closed, friction at v = 0 may stick (phase_choice.hpp). A contact
+//      whose next hop would not rise above what the method can tell from zero has no velocity.
 // Those that share a force, as a table's four legs do, have one guard together (shared_forces.hpp).
 
 #include <Eigen/Core>

@@ -1,28 +1,20 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Solving for accelerations and multipliers together:
+// Solving for accelerations and multipliers together: M q̈ − Jᵀ λ = f, J q̈ = γ.
 //
-//     M q̈ − Jᵀ λ = f         Newton's law with the constraint forces Jᵀλ
-//        J q̈     = γ         the constraints, differentiated
-//
-// Gauss's principle says what q̈ is: of all accelerations that satisfy the constraints, the one nearest to the
-// free a₀ = M⁻¹ f in the metric of M. With M = L Lᵀ, B = J L⁻ᵀ and d = Lᵀ(q̈ − a₀) that is the shortest d with
+// By Gauss's principle q̈ is, of all accelerations that satisfy the constraints, the one nearest to the free a₀ = M⁻¹ f in the metric of
+// M. With M = L Lᵀ, B = J L⁻ᵀ, rows scaled to length one, and d = Lᵀ(q̈ − a₀) that is the shortest d with
 //
 //     B d = γ − J a₀ ,       and then  d = Bᵀ λ ,   (B Bᵀ) λ = γ − J a₀ .
 //
-// Rows of B are scaled to length one first, so that a constraint in millimetres counts as much as one in
-// kilometres. Then:
-//
-//   regular     B Bᵀ (the Schur complement J M⁻¹ Jᵀ) has a Cholesky factor with sound pivots. The fast way.
-//   redundant   some rows depend on others. Orthogonal decompositions give the shortest d, and the
-//               multipliers of least norm; the motion is as unique as ever, only the split of the forces is not.
-//   idle        a row of zeros that asks for nothing (a contact that is open) takes no part; its multiplier is zero.
-//   massless    M alone is singular, but the constraints determine the coordinates without inertia. Then the
-//               whole matrix is factored with full pivoting.
-//
-// The rank cut-off, by default 1e-5 of a row's length, is a decision and not a rounding unit. At a configuration where
-// constraints become dependent a smaller one takes noise for information. Contradicting rows are an error.
+//     regular     B Bᵀ (the Schur complement J M⁻¹ Jᵀ) has a Cholesky factor with sound pivots. The fast way.
+//     redundant   rows depend on others. Orthogonal decompositions give the shortest d and the multipliers of least norm; the motion
+//                 is as unique as ever, only the split of the forces is not. Contradicting rows are an error.
+//     idle        a row of zeros that asks for nothing (a contact that is open) takes no part; its multiplier is zero.
+//     massless    M alone is singular, but the constraints determine the coordinates without inertia: full pivoting of the whole.
+// The rank cut-off, by default 1e-5 of a row's length, is a decision and not a rounding unit. Where constraints become dependent, a
+// smaller one takes noise for information.
 
 #include <algorithm>
 #include <cmath>

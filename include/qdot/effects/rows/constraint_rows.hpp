@@ -6,16 +6,13 @@
 //     φ(q, t) = 0       ⇒  J q̇ + ∂φ/∂t = 0      ⇒  J q̈ = γ ,   J = ∂φ/∂q
 //     a(q, q̇, t) = 0                             ⇒  J q̈ = γ ,   J = ∂a/∂q̇
 //
-// γ is minus what is left of the second (first) time derivative when q̈ = 0. J̇q̇ needs no derivation by hand: φ is evaluated on
-// the motion itself,
+// γ is minus what is left of the second (first) time derivative when q̈ = 0. J̇q̇ needs no derivation by hand: φ is evaluated at
 //
 //     q + q̇ ε₁ + q̇ ε₂ + 0 ε₁ε₂ ,    t + ε₁ + ε₂ ,
 //
-// whose ε₁ε₂ part is d²φ/dt² at q̈ = 0; one evaluation for all rows. With q̈ in place of 0 the same
-// evaluation gives the full φ̈, which is what the exact Jacobian of a constrained system needs.
-//
-// Constraints that switch (contact, stick) have their rows at all times, so that sizes never change; where one is
-// not active its row is zero and asks for nothing. Which are active is read off the effects' own states z.
+// whose ε₁ε₂ part is d²φ/dt² at q̈ = 0; one evaluation for all rows. With q̈ in place of 0 the same evaluation gives the full φ̈, which
+// the exact Jacobian of a constrained system needs. Constraints that switch (contact, stick) have their rows at all times, so that
+// sizes never change; where one is not active its row is zero and asks for nothing. Which are active is read off the effects' states z.
 
 #include <cstddef>
 #include <string>

@@ -3,25 +3,18 @@
 //
 // M q̈ − Jᵀλ = f, J q̈ = γ where each constraint touches few coordinates.
 //
-// The symmetric matrix of both kinds of unknowns,
-//
 //     [ M  Jᵀ ] [  q̈ ]   [ f ]
-//     [ J  0  ] [ −λ ] = [ γ ] ,
+//     [ J  0  ] [ −λ ] = [ γ ]
 //
-// is L D Lᵀ without pivoting when the unknowns come in the right order. Coordinates come one after the other, and each multiplier when the last
-// coordinate that its row touches has come. Then the pivot of a multiplier is minus what its row has left of its own length, in the metric of M, when
-// the rows before it are kept. The pivot of a coordinate is its inertia and never less. Bodies in a row, joined one to the next, make a narrow matrix
-// of this: x₁ y₁ λ₁ x₂ y₂ λ₂ …, and a rod costs what a rod costs.
+// has L D Lᵀ without pivoting if each multiplier comes when the last coordinate that its row touches has come. Then the pivot of a
+// multiplier is minus what its row has left of its own length, in the metric of M, when the rows before it are kept. The pivot of a
+// coordinate is its inertia and never less. Bodies in a row give a narrow matrix, x₁ y₁ λ₁ x₂ y₂ λ₂ …: a rod costs what a rod costs.
+// Rows of L are kept from their first entry on (an envelope). Coordinates are taken as numbered or, where that makes a wide envelope,
+// in the reverse order of Cuthill and McKee.
 //
-// Rows of L are kept from their first entry on (an envelope), in which all that arises has room. Coordinates are taken as they are numbered, or,
-// where that makes a wide envelope, in the reverse order of Cuthill and McKee, neighbours near neighbours.
-//
-// A run asks its traced equations first (effects/rows/traced_constraints.hpp), which come here where M is not diagonal.
-//
-// Where M is diagonal and constraints that meet are near each other, the multipliers alone are fewer unknowns (effects/rows/schur_factors.hpp).
-//
-// The square of the sine between a row and those before it is its pivot, as a fraction of its length squared. Where one is too small the rows depend on
-// each other, or nearly. That, and whatever else is irregular, is left to effects/rows/constrained_solve.hpp, which handles and names it.
+// A run comes here from its traced equations (effects/rows/traced_constraints.hpp) where M is not diagonal. Where it is, the multipliers
+// alone are fewer unknowns (effects/rows/schur_factors.hpp). A row's pivot, as a fraction of its length squared, is the square of its
+// sine to those before it. Where one is too small, and for all else irregular, effects/rows/constrained_solve.hpp takes over.
 
 #include <Eigen/Core>
 #include <memory>

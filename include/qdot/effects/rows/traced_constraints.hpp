@@ -1,21 +1,19 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// q̈ and λ of many coordinates on many constraints, from equations that were traced when a run began (mechanics/derive/traced_equations.hpp).
+// q̈ and λ of many coordinates on many constraints, from equations traced when a run began (mechanics/derive/traced_equations.hpp).
 //
 // Where M is diagonal, as that of point masses and of bodies in Cartesian coordinates is,
 //
 //     (J M⁻¹ Jᵀ) λ = γ − J u ,      u = M⁻¹(r + Q) ,      q̈ = u + M⁻¹Jᵀλ ,
 //
-// and all of it but the factors of J M⁻¹ Jᵀ is lines. Entries of that matrix, where two rows meet in a coordinate, are sums of products like others, and
-// so is M⁻¹Jᵀλ, with λ as variables. A chain of rods costs two to three times what it costs by hand. Another M goes to the factors of both together
-// (effects/rows/sparse_solve.hpp).
+// and all of it but the factors of J M⁻¹ Jᵀ is lines. A chain of rods costs two to three times what it costs by hand. Another M goes to
+// the factors of both together (effects/rows/sparse_solve.hpp). Projections ask the same object: the smallest δ in the metric of M with
+// J δ = b is M⁻¹Jᵀ(J M⁻¹ Jᵀ)⁻¹ b.
 //
-// Projections ask the same object: the smallest δ in the metric of M with J δ = b is M⁻¹Jᵀ(J M⁻¹ Jᵀ)⁻¹ b.
-//
-// Rows that say what others say leave zeros in the factors of J M⁻¹ Jᵀ. The motion is as unique as ever, and of all λ the shortest is taken, each row in
-// its own length sᵢ = √(J M⁻¹ Jᵀ)ᵢᵢ. With N the null vectors and W = s², this is λ − N (Nᵀ W N)⁻¹ Nᵀ W λ. Rows that nearly do, or ask for something
-// else, and whatever else is not as it should be, are left to effects/rows/constrained_solve.hpp.
+// Redundant rows leave zeros in the factors of J M⁻¹ Jᵀ. The motion is as unique as ever, and of all λ the shortest is taken, each row in
+// its own length sᵢ = √(J M⁻¹ Jᵀ)ᵢᵢ. With N the null vectors and W = s², this is λ − N (Nᵀ W N)⁻¹ Nᵀ W λ. Rows that are nearly redundant,
+// or contradict others, are left to effects/rows/constrained_solve.hpp.
 
 #include <cstddef>
 #include <memory>

@@ -3,26 +3,18 @@
 //
 // How far apart two runs of the same motion are.
 //
-// The error of component i at time t is measured beside the largest value that this component takes in the whole run,
+// The error of component i is measured against the largest value that this component takes in the whole run,
 //
 //     |δyᵢ(t)| / Yᵢ ,       Yᵢ = max |yᵢ| over the run,
 //
-// and the error of the run is the largest of these over all components and all output times. It has no unit, it is finite where
-// yᵢ passes through zero, and the size of one component does not excuse the error of another. A pendulum beside a coordinate of
-// size 1e8 is as accurate as without it. (An angle that winds up has Yᵢ = all its turns.)
+// and the error of the run is the largest over all components and output times. It has no unit, stays finite where yᵢ passes
+// through zero, and a large component does not hide the error of a small one.
 //
-// Zero but for rounding. In symmetric motion a component may be zero on paper and 1e-17 in the computer; it has no
-// digits to compare. What rounding can make of ẏᵢ is seen by changing each yⱼ by a relative 2⁻²⁶ up or down: a
-// component that in the whole run stays below
+// In symmetric motion a component that is zero on paper is 1e-17 in the computer, and has no digits to compare. With δẏᵢ the
+// change of ẏᵢ when each yⱼ changes by a relative 2⁻²⁶, a component below 10⁴ ε · 2²⁶ |δẏᵢ| · duration is taken for zero.
 //
-//     10⁴ ε · 2²⁶ |δẏᵢ| · duration
-//
-// is taken for zero. What is not coupled to it does not matter here either. A component that is exactly zero all the time has no
-// size; it borrows the largest of its kind, positions of positions and velocities of velocities.
-//
-// Jumps. At an impact the velocity jumps, in two runs at times that differ by a little; between these two times the runs
-// cannot be compared. Output times there are left out, and the difference of the event times themselves, beside the
-// duration of the run, counts as an error instead. Runs that end at an event are compared there.
+// At an impact the velocity jumps, at times that differ a little between the runs. Output times between them are left out;
+// the difference of the two times, divided by the duration of the run, counts as an error instead.
 
 #include <Eigen/Core>
 #include <algorithm>

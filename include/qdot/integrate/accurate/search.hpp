@@ -1,53 +1,20 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Which tolerance makes the whole motion as accurate as asked, and how sure one can be.
+// Which tolerance τ makes the whole motion as accurate as E asks, and how sure that is.
 //
-// Tolerances are local. What is left of them is  e = κ τ,  with an amplification κ that the motion decides: 1 to 1000
-// for some swings of a pendulum, 1e12 for half a minute of chaos. So κ is found by running twice; the difference d_k
-// between run k and the latest one (integrate/accurate/motion.hpp) is the error of run k, since the latest is the more accurate:
+// Tolerances are local; the global error is κ τ. The motion decides about κ: 1 to 1000 for some swings of a pendulum, 1e12 for
+// half a minute of chaos. The difference d_k between run k and the latest, more accurate one is the error of run k, so that
 //
-//     κ = max_k  (d_k / τ_k) (τ_k / τ)^δ ,        estimate = s κ (τ + 3 ε)     for the latest run, τ .
+//     κ = max_k  (d_k / τ_k) (τ_k / τ)^δ ,        estimate = s κ (τ + 3 ε) .
 //
-// with δ = 0.02 to be on the safe side. The errors of many steps cancel by chance at one tolerance and not at the next: κ scatters by factors of 3, and for
-// one tolerance in a hundred by 20. Therefore s = 8 where one run says what κ is (16 for E = 1e-3, where tolerances
-// are too loose for the power law), 4 for two, 3 for more. Such margins are cheap, and another run is dear: for Dop853
-// a tolerance ten times tighter costs 10^{1/8} = 1.33 times as much.
+// 3 ε stands for rounding. δ = 0.02 and s = 8, 4, 3 by one, two, more differences are margins, for errors cancel by chance. A run
+// is dearer than a tolerance that is too tight, so two runs are chosen before κ is known, for ν natural times of the motion:
 //
-// Cheap, too, is a tolerance that turns out tighter than needed; and two runs are the least. They are chosen before κ is
-// known:
+//     τ₁ = 0.08 E^0.65   at little cost,       τ₂ = 0.001 E^1.1 / (ν / 20)^1.4   enough for four motions in five.
 //
-//     τ₁ = 0.08 E^{0.65}                          at little cost
-//     τ₂ = 0.001 E^{1.1} / (ν / 20)^{1.4}         enough for four motions in five
-//
-// where ν is for how many of its own natural times the motion lasts, which the steps of the first run tell. Longer
-// motions amplify more: of 137 motions κ was (ν / 20)^{1.4} times 25, within a factor of 6 for two in three of them.
-// If two runs are not enough, κ is known, and a third one is.
-//
-// Nor may the estimate be far below what was seen. It is at least E/4 where two runs differ by more than that, 0.05 d between the
-// last two of several, and 50 ε.
-//
-// Rounding. Its errors are amplified like those of a tolerance between 0.2 ε and 12 ε: 3 ε, with the margin s, is on
-// the safe side, and too far for a planet. Tolerances below 1e-14 the methods keep a good deal better than said, so
-// that rounding is most of what is left (runge_kutta.hpp, taylor.hpp); here they count for a sixteenth. If then 3 ε is
-// all that forbids E, two runs below 1e-14 show what rounding does in fact: their steps differ, and so does their
-// rounding:
-//
-//     estimate = max(3 d, 3 κ ε, 50 ε) .
-//
-// It may be more than the tolerances foretell: a stiff spring feels rounding more than tolerances. 3 κ ε is for runs whose rounding
-// is alike by chance, or in the first steps, from which chaos grows.
-//
-// All this asks that runs differ by τ alone. So absolute tolerances, too, go with τ: they are not loosened much beside the first
-// run's, however large a component is seen to grow (simulate_to_accuracy.hpp).
-//
-// Multistep methods of order p err like τ^{p/(p+1)}, so that δ = 1/(p + 1). They carry the rounding of many steps along (10 ε),
-// and have no digits to give below 1e-14. They err alike at tolerances that are less than a factor of 20 apart.
-//
-// Runs that differ by more than a tenth do not determine κ: the motion is chaotic, or tolerances are too loose to mean anything.
-// Then a tolerance a hundred times tighter is tried, down to the last digit of double.
-//
-// The forecast is the cost of the runs, prolonged along the power law of the last two.
+// Below 1e-14 the error is mostly rounding: two such runs show it, estimate = max(3 d, 3 κ ε, 50 ε). Runs must differ by τ alone,
+// so absolute tolerances go with it. Runs that differ by more than a tenth do not give κ: τ becomes a hundred times tighter.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -153,7 +120,7 @@ class ToleranceSearch {
 
   bool reached() const { return estimate() <= accuracy_ && difference() <= saturated; }
 
-  // Of the last run.
+  // Of the last run; not far below what was seen, whatever κ says.
   double estimate() const {
     constexpr double epsilon = std::numeric_limits<double>::epsilon(), least = 50 * epsilon;
     if (trials_.size() < 2) return std::numeric_limits<double>::infinity();
@@ -185,14 +152,14 @@ class ToleranceSearch {
 
  private:
   static constexpr double finest = 2.3e-15;   // that options.rtol may have
-  static constexpr double usual = 25.0;       // κ of a motion that lasts for 20 of its natural times
+  static constexpr double usual = 25.0;       // κ of a motion that lasts for 20 of its natural times; of 137, two in three within a factor of 6
   static constexpr double saturated = 0.1;    // differences beyond say nothing of κ
   static constexpr double farthest = 1e8;     // ratio of tolerances, beyond which κ is not the same
   static constexpr double margin = 0.7;       // of the accuracy is aimed at
   static constexpr double longest_ratio = 3000.0, pair_ratio = 10.0;  // of successive tolerances
   static constexpr std::size_t most_runs = 9;
 
-  // Loose tolerances say less about tight ones.
+  // s. κ scatters from one tolerance to the next by factors of 3, and for one in a hundred by 20. Loose tolerances say less about tight ones.
   double safety(int compared) const {
     return compared <= 1 ? 8.0 * std::pow(std::max(accuracy_ / 1e-6, 1.0), 0.1) : compared == 2 ? 4.0 : 3.0;
   }
@@ -213,7 +180,7 @@ class ToleranceSearch {
     return last <= longest_ratio * wanted ? wanted : pair_ratio * wanted;
   }
 
-  // What four in five motions need that last as long.
+  // What four in five motions need that last as long: longer ones amplify more.
   double second() const {
     const double longer = std::clamp(std::pow(std::max(natural_times_, 1.0) / 20, 1.4), 0.05, 100.0);
     const double wanted = std::min(law_.second * std::pow(accuracy_, 1.1) / longer, trials_[0].tolerance / 10);

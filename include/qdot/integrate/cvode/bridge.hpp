@@ -1,22 +1,19 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// SUNDIALS 6 and 7 under one roof: every difference between the versions lives in this file.
+// SUNDIALS 6 and 7: every difference between the versions is in this file.
 //
-//                        6.x                                      7.x
-//   context              SUNContext_Create(void*, …), nullptr     SUNContext_Create(SUNComm, …), SUN_COMM_NULL
-//   error messages       CVodeSetErrHandlerFn(mem, f, data)       SUNContext_PushErrHandler(ctx, f, data), after
+//                          6.x                                    7.x
+//     context              SUNContext_Create(void*, …), nullptr   SUNContext_Create(SUNComm, …), SUN_COMM_NULL
+//     error messages       CVodeSetErrHandlerFn(mem, f, data)     SUNContext_PushErrHandler(ctx, f, data), after
 //                                                                 clearing the default one, which prints
-//   warnings             through that handler, code CV_WARNING    to the context's logger only
-//   what a setter        int                                      SUNErrCode, an int too
-//   returns
+//     warnings             to that handler, as CV_WARNING         to the context's logger only
+//     a setter returns     int                                    SUNErrCode, an int too
 //
-// Ownership. SUNDIALS objects are freed in this order: solver memory, nonlinear solver, linear
-// solver, matrix, vectors, and the context last, because all of them use it. The handles below
-// own them; a class declares the context first and the solver memory last, and C++ does the rest.
+// SUNDIALS objects are freed in this order: solver memory, nonlinear solver, linear solver, matrix, vectors, and the context
+// last, because all use it. The handles below own them; a class declares the context first and the solver memory last.
 //
-// This is one of the few headers that name SUNDIALS; nothing of it appears in the library's
-// public interface. Link qdot::cvode, which also keeps MPI's C++ bindings out where SUNDIALS has MPI.
+// Nothing of SUNDIALS is in the library's public interface. qdot::cvode links it without MPI's C++ bindings.
 
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>

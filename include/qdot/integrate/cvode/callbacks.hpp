@@ -3,15 +3,9 @@
 //
 // Between CVODE, which is C, and a model, which is C++ and may throw.
 //
-// CVODE calls functions with a void* and understands three answers:
-//
-//      0    here is the value
-//     +1    not here: try again with a smaller step ("recoverable")
-//     −1    give up
-//
-// An exception must not travel through C code. So the functions below catch everything, translate it
-// into one of the three answers, and keep what it said for the stepper, which acts after CVode has
-// returned:
+// CVODE calls functions with a void* and takes three answers: 0, here is the value; +1, try again with a smaller step
+// ("recoverable"); −1, give up. An exception must not travel through C code. So the functions below catch everything, translate
+// it, and keep it for the stepper, which acts after CVode has returned:
 //
 //     value with NaN or infinity      +1   remembered: which component, at which t
 //     NonFinite, MassMatrixError,     +1   remembered; the point may lie beyond where the step will end
@@ -19,9 +13,8 @@
 //     StopRequest                     −1   the run ends in good order
 //     anything else                   −1   rethrown unchanged to the caller of the run
 //
-// Answering +1 to NaN is the difference between hundreds and hundreds of thousands of evaluations:
-// CVODE cannot see NaN by itself. A later success drops the memory of a recoverable trouble: then
-// the smaller step was the cure.
+// CVODE does not see NaN by itself: with +1 a run into NaN takes hundreds of evaluations instead of hundreds of thousands. A
+// later success drops the memory of a recoverable trouble, for then the smaller step was the cure.
 
 #include <Eigen/Core>
 #include <algorithm>

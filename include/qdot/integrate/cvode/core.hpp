@@ -3,22 +3,17 @@
 //
 // One CVODE solver: its memory, and the code around each of its steps.
 //
-// CVODE is a multistep code: it carries the Nordsieck vector zₖ = hᵏ y⁽ᵏ⁾/k!, k = 0 … order, of a
-// polynomial through the recent past, predicts with it and corrects with ẏ = f. We run it one step at a time, with the end of the
-// run as its stop time. So every step can be seen, sampled and stopped, and the end is met exactly. Dense output is the Nordsieck
-// vector itself.
+// CVODE carries the Nordsieck vector zₖ = hᵏ y⁽ᵏ⁾/k!, k = 0 … order, of a polynomial through the recent past, predicts with it
+// and corrects with ẏ = f. It goes one step at a time, with the end of the run as its stop time: every step can be seen and
+// stopped, and the end is met exactly. Dense output is the Nordsieck vector itself. CVODE counts time from 0 at each reset. Its
+// own checks for steps too close to t would refuse, at t = 1.7e9, every motion of less than some 1e-5 s (time_point.hpp).
 //
-// Time. CVODE counts from 0 at each reset, and so has all the digits of the elapsed time. It has its own checks for steps and
-// limits too close to t: at a t of 1.7e9 these would refuse every motion of less than some 1e-5 s (time_point.hpp).
-//
-// Around each step:
-//   floor      The smallest step is set to some rounding units (time_point.hpp). Without it a model
-//              that turns to NaN, or a solution with a pole, costs 10⁵ evaluations before CVODE gives
-//              up; with it 10² to 10³. It is renewed for every step.
-//   watch      GuardedSystem holds back the model's exceptions; they are rethrown here.
-//   blame      The component with the largest weighted local error is counted, and named in messages.
-//   words      Messages are built here from flag, t, h, order and component. CVODE's own would differ
-//              between versions and go to stderr.
+//     floor      The smallest step is some rounding units, set for every step. A model that turns to NaN, or a solution
+//                with a pole, costs 10² to 10³ evaluations then, and 10⁵ without it.
+//     watch      GuardedSystem holds back the model's exceptions; they are rethrown here.
+//     blame      The component with the largest weighted local error is counted, and named in messages.
+//     words      Messages are built here from flag, t, h, order and component. CVODE's own differ between versions and
+//                go to stderr.
 
 #include <Eigen/Core>
 #include <algorithm>

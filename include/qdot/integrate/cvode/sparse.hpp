@@ -1,22 +1,20 @@
 #pragma once
 // SPDX-License-Identifier: MIT
 //
-// Newton's equations of an implicit step for many coordinates, on constraints or without, from traced equations (mechanics/derive/traced_equations.hpp).
+// Newton's equations of an implicit step for many coordinates, from traced equations (mechanics/derive/traced_equations.hpp).
 //
-// With small changes δq, δq̇ of the state, S = ∂(r − M q̈ + Jᵀλ) and G = ∂(γ − J q̈), at fixed q̈ and λ,
+// With S = ∂(r − M q̈ + Jᵀλ) and G = ∂(γ − J q̈) at fixed q̈ and λ, small changes of the state satisfy
 //
 //     M δq̈ − Jᵀδλ = S_q δq + S_q̇ δq̇ ,      J δq̈ = G_q δq + G_q̇ δq̇ .
 //
-// (1 − γ ∂f/∂y) x = b is x_q = b_q + γ x_q̇ and x_q̇ = b_q̇ + γ δq̈ for δq = x_q, δq̇ = x_q̇, so that
+// (1 − γ ∂f/∂y) x = b means x_q = b_q + γ x_q̇ and x_q̇ = b_q̇ + γ δq̈ with δq = x_q, δq̇ = x_q̇, so that
 //
 //     [ M − γ S_q̇ − γ² S_q   −Jᵀ ] [δq̈]     [ S_q (b_q + γ b_q̇) + S_q̇ b_q̇ ]
-//     [ J − γ G_q̇ − γ² G_q    0  ] [δλ]  =  [ G_q (b_q + γ b_q̇) + G_q̇ b_q̇ ] ,
+//     [ J − γ G_q̇ − γ² G_q    0  ] [δλ]  =  [ G_q (b_q + γ b_q̇) + G_q̇ b_q̇ ] .
 //
-// a sparse matrix with a row for each coordinate and each constraint, where ∂f/∂y itself is dense as soon as M or J M⁻¹ Jᵀ has an inverse
-// that is. Its pattern is known when the equations are traced; Eigen's SparseLU orders it once.
-//
-// Rows of J that say what others say would make it singular. So the zeros of its diagonal are 1e-10 of that of J M⁻¹ Jᵀ, which Newton's
-// iteration does not notice.
+// This matrix is sparse, where ∂f/∂y is dense as soon as M or J M⁻¹ Jᵀ has a dense inverse. Its pattern is known when the
+// equations are traced; Eigen's SparseLU orders it once. Redundant rows of J would make it singular: the zeros of its diagonal
+// are 1e-10 of that of J M⁻¹ Jᵀ, which Newton's iteration does not notice.
 
 #include <Eigen/SparseCore>
 #include <Eigen/SparseLU>

@@ -3,33 +3,17 @@
 //
 // Finding the zeros of functions along one step.
 //
-// A step is a polynomial y(τ), so g(τ) = g(y(τ), τ) can be looked at anywhere in it without evaluating the model. But a step is as
-// long as the motion allows, and g may be much faster than the motion. So the step is gone through in panels. A panel is sampled at
-// eight points, and is short enough when
+// A step is a polynomial y(τ), so g(τ) = g(y(τ), τ) is evaluated anywhere in it without the model. g may be much faster than the
+// motion, so the step is searched in panels. A panel has eight samples, spaced irregularly against aliasing, and is good if
 //
-//     E ≤ 10⁻⁴ max |g|      E: what polynomials through the other samples miss at an inner one (three of them, of degree 4, 4 and 6), or
+//     E ≤ 10⁻⁴ max |g|      E: what polynomials through the other samples miss at an inner one (of degree 4, 4 and 6), or
 //     E ≤ ⅛ min |g|         where all samples have one sign: what the samples do not show cannot reach zero, or
 //     E ≲ rounding of g.
 //
-// Otherwise it is halved, and behind a good panel the next one is twice as long. For a g as slow as the motion the first panel is the
-// whole step, and all this costs some thirty multiplications. Points are spaced irregularly, so that no frequency is seen as another.
-//
-// Then a change of sign brackets a root, which Chandrupatla's method (inverse quadratic interpolation where that is safe, bisection
-// elsewhere) narrows to neighbouring doubles. Three samples of one sign whose middle one is nearest to zero bracket an extremum.
-// Successive parabolas run down to it, and if it lies across zero there are two roots. Where an extremum may lie at a joint between
-// panels or steps, a sample close to the joint tells.
-//
-// Samples prove nothing: an excursion much narrower than a fifth of a panel, out of what looks like a smooth g, is not seen. Where g is a formula no samples
-// are taken. A panel is good when intervals prove that g has no zero in it or is monotone, so that its ends decide (integrate/driver/event_proof.hpp). A
-// panel of some rounding units of t that is still undecided is judged by its ends. If both are on one side, and as near to zero as that, the run's message
-// reports it. From zero itself the ladder of samples below leads away.
-//
-// A g may stay rough down to the resolution of t, or need more than a million samples in a step. Then it is searched at the samples
-// there are, and the run's message reports it.
-//
-// Jumps. Across a bracket of neighbouring doubles, g may change by as much as over ten thousand of them, and over a million and more. Such a
-// bracket holds a jump or a pole, and no root. There g only takes the other side. A continuous g, steep as |τ|^(1/5) sgn τ, changes by a sixth of
-// that. A g that is rounded, or a function of a t that is, changes by less where it is looked at from farther away. A jump onto zero is a root.
+// Otherwise it is halved; behind a good panel the next one is twice as long. Chandrupatla's method narrows a change of sign to
+// neighbouring doubles, and parabolas follow an extremum near zero. Samples prove nothing: an excursion much narrower than a
+// fifth of a panel is missed. Where g is a formula, intervals decide about panels instead (integrate/driver/event_proof.hpp).
+// Where the search gives up, the run's message reports it. Where g jumps or has a pole there is no root (crossing()).
 
 #include <algorithm>
 #include <array>
@@ -126,7 +110,8 @@ class RootSearch {
     watch_.value = g1_ + watch_.level;
   }
 
-  // True when a panel shows what there is, or nothing more can be done about it: it is short, for g jumps, or there are too many.
+  // True when a panel shows what there is, or nothing more can be done about it: it is short, for g jumps, or there are too many. Then the
+  // samples that there are decide.
   bool is_good(const std::array<double, samples_in_panel>& g, bool is_short, bool is_step) {
     if (watch_.rough) return true;
     if (shows_all(g, 0.0)) {
@@ -276,7 +261,9 @@ class RootSearch {
     }
   }
 
-  // far_side() unless g jumps there.
+  // far_side() unless g jumps there: over neighbouring doubles g changes by more than half as much as over ten thousand of them, a million
+  // and more. A continuous g, steep as |τ|^(1/5) sgn τ, changes by a sixth of that; a rounded g by less where the way is longer. A jump
+  // onto zero is a root.
   std::optional<double> crossing(double a, double ga, double b, double gb) const {
     const Bracket found = far_side(a, ga, b, gb);
     if (watch_.barrier || found.g_behind == 0.0) return found.behind;

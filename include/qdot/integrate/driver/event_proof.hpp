@@ -3,23 +3,18 @@
 //
 // Proofs that no zero of an event's function is hidden, for a function that is a formula.
 //
-// Samples show what g does between them only if g is smooth there, and a bump of a millionth lies between all samples. But a g that takes
-// every scalar can be called with intervals (ad/formula/interval.hpp). Over a part of a step, m − r ≤ s ≤ m + r, the polynomial and its rate are
+// Between samples of g a bump of a millionth may lie. A g that takes every scalar can be called with intervals
+// (ad/formula/interval.hpp). Over a part of a step, m − r ≤ s ≤ m + r, the polynomial and its rate are
 //
 //     y(s) ∈ y(m) ± (r |y′(m)| + ½ r² B + ρ) ,     y′(s) ∈ y′(m) ± (r B + ρ′) ,     B = Σ k (k − 1) |cₖ| Sᵏ⁻² ≥ |y″| ,
 //
-// where S is the largest |s| of the step, and ρ = 2ε Σ (k + 1) |cₖ| Sᵏ covers the rounding of Horner's rule. One pass over the coefficients gives
-// B and ρ for the step, one more y(m) and y′(m) for a part. The formula then gives bounds G of g, and, with dual numbers of intervals,
-// D of dg/ds. Of these,
+// where S is the largest |s| of the step, and ρ = 2ε Σ (k + 1) |cₖ| Sᵏ covers the rounding of Horner's rule. The formula gives
+// bounds G of g, and with dual numbers of intervals D of dg/ds. t is a double: all between t at both ends. A part is decided by
 //
-//     0 ∉ G                      no zero;
-//     0 ∉ D                      g only rises or only falls: one zero if the signs at the ends differ, and otherwise none;
-//     0 ∉ g(m) + [−r, r] D       no zero. This misses by r² only, and so decides extrema that are near to zero.
+//     0 ∉ G, no zero;      0 ∉ D, at most one zero, which the signs at the ends show;      0 ∉ g(m) + [−r, r] D, no zero.
 //
-// What is not decided is halved by the search (integrate/driver/event_finder.hpp). Near a zero that is simple, and near an extremum off zero, this ends soon.
-// It does not where g touches zero to within its rounding, or where a comparison in g has no one answer.
-//
-// t is what functors are shown, a double: so is everything between t at both ends.
+// The third misses by r² only, and so decides extrema near zero. What is not decided is halved (event_finder.hpp). That does not
+// end where g touches zero to within its rounding, or where a comparison in g has no one answer.
 
 #include <Eigen/Core>
 #include <algorithm>

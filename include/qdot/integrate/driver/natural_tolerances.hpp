@@ -7,15 +7,14 @@
 //
 //     atolᵢ = min(1e-12, rtol Yᵢ)  where Yᵢ < 1e-3 ,     else 1e-12 .
 //
-// Yᵢ comes from the start: |yᵢ|, and what the rates add in the time h in which they change by their own size. With Heun's rule, which sees
-// what accelerations make of positions,
+// Yᵢ comes from the start: |yᵢ|, and what the rates add in the time h in which they change by their own size. With Heun's rule,
 //
 //     y₁ = y + h f ,   y₂ = y + h (f + f₁)/2 ,   |f₂ − f₁| ≤ max(|f|, |f₁|) in each component,
 //
-// and h is the longest for which that holds, by doubling. A velocity has at least the size of its coordinate by the length of the run, for less
-// moves nothing. A component that is zero with all its rates borrows the size of its like, one that is zero but for rounding gets what rounding
-// makes of it (integrate/accurate/motion.hpp). Where all is zero, later times of the run are searched for a push. Where there is none, or what
-// holds the scene at rest may balance it, nothing is known, and the next leg is asked again.
+// h is the longest for which that holds, by doubling. A velocity has at least the size of its coordinate by the length of the run.
+// A component that is zero with all its rates borrows the size of its like; one that is zero but for rounding gets what rounding
+// makes of it (integrate/accurate/motion.hpp). Where all is zero, later times of the run are searched for a push. Without one
+// nothing is known, and the next leg is asked again.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -42,7 +41,8 @@ class NaturalSizes {
   NaturalSizes(const DrivenForm& system, double t, const Eigen::VectorXd& y, double way)
       : system_(system), t_(t), way_(way), end_(t + way), dof_(std::min(system.dof(), y.size() / 2)), y_(y), sizes_(y.cwiseAbs()) {}
 
-  // The tolerances; asks for f only where a component may be too small for the default.
+  // The tolerances; asks for f only where a component may be too small for the default. Unknown where what holds the scene at rest may
+  // balance a push.
   NaturalTolerances tolerances(double rtol, double most) {
     constexpr double enough = ordinary_size;
     for (Eigen::Index i = 0; i < dof_; ++i) sizes_[dof_ + i] = std::max(sizes_[dof_ + i], sizes_[i] / std::abs(way_));

@@ -3,22 +3,18 @@
 //
 // Explicit Runge–Kutta steps of several motions at once, one in each lane of a pack.
 //
-// The motions share their equations and the table of coefficients and nothing else: each lane has its own time, its own step, its own
-// error test and its own end. A step of the pack is an attempt in all of its lanes. Where the error is too large the lane keeps its state and
-// tries again with a shorter step, while the others go on:
+// The motions share their equations and the table of coefficients and nothing else. A step of the pack is an attempt in all of its
+// lanes. A lane whose error is too large keeps its state and tries again with a shorter step, while the others go on:
 //
 //     lane 0   ├────┼──────┼─────────┼────┤  done: the lane takes the next motion
 //     lane 1   ├──┼─╳┼─┼──┼───┼────┼──────     ╳ an attempt that failed
 //
-// Lengths of steps are those of integrate/runge_kutta.hpp, with the compensated sums and the differences that are explained there. Only exp and ln of the
-// controller, and sine and cosine of the equations, are those of ad/pack_math.hpp, which may differ in the last bit. The results of a lane do not depend
-// on its neighbours, so a motion has the same bits in every lane of every pack.
+// Steps are those of integrate/runge_kutta.hpp. Only exp and ln of the controller, and sine and cosine of the equations, are those
+// of ad/pack_math.hpp, which may differ in the last bit. No lane depends on its neighbours, so a motion has the same bits in every
+// lane of every pack.
 //
-// What lanes cannot do together they leave to the caller, lane by lane. A lane in which M is singular or something is not finite *leaves*, in the
-// state from before the step. So does one in which the caller sees something on the step that needs more, such as an event.
-//
-// Where time enters the equations, the caller says how far the next step of a lane may go (integrate/watch/time_watch.hpp): head_for()
-// after each that was taken.
+// A lane in which M is singular or something is not finite *leaves*, in the state from before the step. So does one in which the
+// caller sees something that needs more, such as an event. Where time enters, the caller limits each step by head_for().
 
 #include <Eigen/Core>
 #include <algorithm>

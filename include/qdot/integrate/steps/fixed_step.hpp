@@ -3,24 +3,18 @@
 //
 // Steps of equal length: what structure-preserving methods need besides their formula.
 //
-// Why equal. A symplectic method follows, up to terms that are exponentially small in 1/h, the exact
-// motion of a Hamiltonian H̃ = H + hᵖ H_p + …; so its energy error stays bounded for ever. But H̃
-// depends on h: change h with the state and the motion jumps between different H̃, and the bound is
-// gone. So the distance to t_limit is divided into equal steps, none longer than the one asked for. Step k ends at start + k h
-// (not at a running sum, whose rounding would drift).
+// A symplectic method follows, up to terms that are exponentially small in 1/h, the exact motion of a Hamiltonian
+// H̃ = H + hᵖ H_p + …, so its energy error stays bounded for ever. But H̃ depends on h: if h changes with the state, the motion jumps
+// between different H̃ and the bound is gone. So the way to t_limit is divided into equal steps, and step k ends at start + k h.
 //
-// Compensated summation. Over N steps the rounding of y ← y + δ grows like √N ulps of y, more than the
-// method's own error when that is small. TwoSum gives the rounding error of a sum exactly:
+// Over N steps the rounding of y ← y + δ grows like √N ulps of y, more than the method's own error when that is small. TwoSum,
 //
 //     s = fl(y + δ),   z = fl(s − y),   lost = (y − (s − z)) + (δ − z),
 //
-// and `lost` is added to the next δ. The result is y in half as many digits again, for six additions.
+// gives it exactly, and `lost` is added to the next δ: half as many digits again for y, for six additions.
 //
-// Dense output is the polynomial of degree 5 through q, q̇, q̈ at both ends, and its derivative for q̇;
-// error ~ h⁶/46080 of the sixth derivative of q. States z of effects have the same through z, ż, z̈.
-//
-// References: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006,
-// chapters IX (backward error) and VIII.5 (rounding).
+// Dense output is the polynomial of degree 5 through q, q̇, q̈ (z, ż, z̈) at both ends, and its derivative for q̇; error ~ h⁶/46080 of
+// the sixth derivative of q. (Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006, IX, VIII.5)
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -3,20 +3,17 @@
 //
 // What all one-step methods have in common.
 //
-// A one-step method knows nothing but the present state: every step is a fresh start. So all of
-// them (Runge–Kutta, Taylor, symplectic) share the bookkeeping of stepper.hpp's contract and differ
-// only in how they get from y(t) to y(t + h):
+// To a one-step method every step is a fresh start. So Runge–Kutta, Taylor and symplectic methods share the bookkeeping of
+// stepper.hpp's contract and differ only in how they get from y(t) to y(t + h):
 //
-//   start     check t and y, and the sizes; forget the past.
-//   limits    t_limit must lie ahead. A step that would end beyond it, or a hair's breadth before it,
-//             is made to end on it, and then t is set to t_limit itself, so that rounding of t + h
-//             cannot leave a rest of 1e-16 s to be stepped over.
-//   time      Steps count what has elapsed since the origin of reset() (time_point.hpp); t is for readers and functors.
-//   trouble   NonFinite, MassMatrixError and RecoverableError from the model mean "not here": the
-//             step was too long for the model's domain. The method tries a shorter one, down to the
-//             floor of some rounding units (time_point.hpp). Then the last trouble names the outcome.
-//             StopRequest ends the run at once; all other exceptions pass through.
-//   account   steps, rejections, the component with the largest weighted error.
+//     start     check t and y, and the sizes; forget the past.
+//     limits    A step that would end beyond t_limit, or a hair's breadth before it, ends on it, and t is set to t_limit itself.
+//               So rounding of t + h leaves no rest of 1e-16 s.
+//     time      Steps count what has elapsed since the origin of reset() (time_point.hpp); t is for readers and functors.
+//     trouble   NonFinite, MassMatrixError and RecoverableError mean that the step was too long for the model's domain. A shorter
+//               one is tried, down to the floor of some rounding units (time_point.hpp). Then the last trouble names the outcome.
+//               StopRequest ends the run at once; all other exceptions pass through.
+//     account   steps, rejections, the component with the largest weighted error.
 
 #include <Eigen/Core>
 #include <algorithm>

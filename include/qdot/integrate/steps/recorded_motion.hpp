@@ -3,21 +3,16 @@
 //
 // The equations of a motion as a graph.
 //
-// T, V and the forces of effects are run once with the scalar that writes down what is done to it (ad/formula/recording.hpp).
-// Reverse differentiation of L = T − V adds what Lagrange's equations need,
+// T, V and the forces of effects are run once with the scalar that records (ad/formula/recording.hpp). Reverse differentiation of
+// L = T − V adds what Lagrange's equations need. A constraint is recorded as what it demands of velocities, c = 0, with W = ∂c/∂q̇:
 //
-//     p = ∂L/∂q̇ ,   M = ∂p/∂q̇ ,   F = ∂L/∂q + Σ Q ,   ż .
-//
-// What has a series is one formula everywhere. A force that asks for signs (dry friction, saturation, |x|) is refused when it is
-// run. One that asks whether something is exactly zero is taken, and the question checked at each expansion. Drag −b|v|v is
-// analytic away from v = 0, where √(v·v) changes its branch.
-//
-// A constraint is recorded as what it demands of velocities, c = 0, with W = ∂c/∂q̇:
-//
+//     p = ∂L/∂q̇ ,   M = ∂p/∂q̇ ,   F = ∂L/∂q + Σ Q ,   ż
 //     φ(q, t) = 0          c = Σ q̇_j ∂φ/∂q_j + ∂φ/∂t ,    W = ∂φ/∂q         by differentiation of the graph
 //     a(q, q̇, t) = 0       c = a ,                          W = ∂a/∂q̇ .
 //
-// One that switches on and off is refused by the compiler.
+// What has a series is one formula everywhere. A force that asks for signs (dry friction, saturation, |x|) is refused when it is
+// run. One that asks whether something is exactly zero is taken, and the question checked at each expansion. Drag −b|v|v is
+// analytic away from v = 0, where √(v·v) changes its branch. A constraint that switches on and off is refused by the compiler.
 
 #include <Eigen/Core>
 #include <string>

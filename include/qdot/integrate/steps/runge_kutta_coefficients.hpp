@@ -3,22 +3,16 @@
 //
 // The coefficients of two explicit Runge–Kutta pairs, and what their letters mean.
 //
-// An explicit method evaluates f at stages, each built from those before it,
-//
 //     kᵢ = f(t + cᵢ h, y + h Σ_{j<i} aᵢⱼ kⱼ),        y(t + h) ≈ y + h Σ bⱼ kⱼ .
 //
-// Its order is p if the expansion of the result in powers of h agrees with Taylor's up to hᵖ. That
-// is one polynomial equation in a, b, c for every rooted tree of up to p vertices: 8 of them for order
-// 4, 17 for 5, 200 for 8. The tests check all 200 for the table below. "Embedded" weights e of the same
-// stages measure an error of lower order and so cost nothing.
+// The order is p if the result's expansion in powers of h agrees with Taylor's up to hᵖ. That is one polynomial equation in a, b, c
+// for every rooted tree of up to p vertices: 8 of them for order 4, 17 for 5, 200 for 8. The tests check all 200 for the table below.
+// "Embedded" weights e of the same stages measure an error of lower order and so cost nothing.
 //
-//     Dop853    order 8, 12 stages; two embedded errors of order 5 and 3 that are combined; dense
-//               output of order 7 from three more stages, taken only if it is asked for.
-//     Dopri5    order 5, 6 stages; embedded error of order 4; dense output of order 4 for nothing.
+//     Dop853    order 8, 12 stages; embedded errors of order 5 and 3; dense output of order 7 from three more stages if asked for
+//     Dopri5    order 5, 6 stages; embedded error of order 4; dense output of order 4 for nothing
 //
-// Row `stages` of a holds b: the new state is itself the argument of the next step's first stage, and cₛ = 1.
-// `dense` holds what the quotient form of the dense output needs (runge_kutta.hpp).
-//
+// Row `stages` of a holds b: the new state is the argument of the next step's first stage, and cₛ = 1.
 // Reference: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed.,
 // Springer 1993, sections II.5, II.6 and II.10, and the program DOP853 published with it.
 

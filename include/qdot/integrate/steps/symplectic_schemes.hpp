@@ -8,20 +8,9 @@
 //     drift   q ← q + a h q̇         (V switched off)
 //     kick    q̇ ← q̇ − b h M⁻¹ ∂V/∂q (T switched off)
 //
-// Each is the exact flow of a Hamiltonian, so any sequence of them is symplectic and reversible. What
-// remains is to choose a₁, b₁, a₂, … such that the sequence agrees with the true motion up to hᵖ:
-//
-//     scheme             order  kicks  error of the energy, h scaled to equal work (Kepler, e = 0.6)
-//     verlet               2      1
-//     yoshida_4            4      3    three Verlet steps of lengths γ₁, 1 − 2γ₁, γ₁
-//     mclachlan_atela_4    4      4    the least error of all with four kicks
-//     blanes_moan_4        4      6    for T quadratic in q̇: ten to a hundred times better again
-//     kahan_li_6           6      9    nine Verlet steps
-//     blanes_moan_6        6     11    for T quadratic in q̇
-//     kahan_li_8           8     17    seventeen Verlet steps
-//
-// More than two orders need some backward steps; Sheng and Suzuki proved that there is no way round.
-// A palindrome (same forth and back) is time-reversible: its error has even powers of h only.
+// Each is the exact flow of a Hamiltonian, so any sequence of them is symplectic. What remains is to choose a₁, b₁, a₂, … such that the
+// sequence agrees with the true motion up to hᵖ. More than two orders need some backward steps; Sheng and Suzuki proved that there is no
+// way round. A palindrome (same forth and back) is time-reversible: its error has even powers of h only.
 //
 // References: H. Yoshida, Phys. Lett. A 150 (1990) 262; R. McLachlan, P. Atela, Nonlinearity 5 (1992) 541;
 // W. Kahan, R.-C. Li, Math. Comp. 66 (1997) 1089; S. Blanes, P. C. Moan, J. Comput. Appl. Math. 142 (2002) 313.
@@ -35,13 +24,13 @@ namespace qdot {
 
 /// Which sequence of kicks and drifts makes a step.
 enum class SplittingScheme {
-  verlet,
-  yoshida_4,
-  mclachlan_atela_4,
-  blanes_moan_4,
-  kahan_li_6,
-  blanes_moan_6,
-  kahan_li_8
+  verlet,             ///< order 2, one kick
+  yoshida_4,          ///< order 4, 3 kicks: three Verlet steps of lengths γ₁, 1 − 2γ₁, γ₁
+  mclachlan_atela_4,  ///< order 4, the least error of all with 4 kicks
+  blanes_moan_4,      ///< order 4, 6 kicks, for T quadratic in q̇: ten to a hundred times better again at equal work (Kepler, e = 0.6)
+  kahan_li_6,         ///< order 6, nine Verlet steps
+  blanes_moan_6,      ///< order 6, 11 kicks, for T quadratic in q̇
+  kahan_li_8          ///< order 8, seventeen Verlet steps
 };
 
 namespace detail {

@@ -3,22 +3,18 @@
 //
 // Power series of functors that branch.
 //
-// Functors that compare, take `abs`, `min` or `floor`, are one formula as long as their guards keep their signs (ad/formula/branches.hpp). Each branch that a
-// motion meets is recorded once, and has a series of its own. Guards g are among its outputs, so along a step each is a polynomial, too:
+// Functors that compare, take `abs`, `min` or `floor`, are one formula as long as their guards keep their signs (ad/formula/branches.hpp).
+// Each branch that a motion meets is recorded once, with its guards g as outputs, and has series of its own:
 //
-//     the step        the branch's series is good for h; the first x ≤ h at which a guard changes sides is isolated (steps/first_descent.hpp)
+//     the step        the branch's series is good for h; the first x ≤ h at which a guard changes sides is isolated (first_descent.hpp)
 //     the edge        the step ends at x, where g itself and not only its series is zero to its last digits
 //     beyond          the branch whose comparisons are the same up to this guard, and answer the other way there
 //
-// So every step lies on one branch, no kink is within it, and no order is lost; in both directions of time.
-//
-// Which side. Rounding leaves the state of an edge on either side of it. So there, and where a motion starts on a guard, the value of g does not decide,
-// but its coefficients of higher order do. A guard that rounding cannot tell from zero is taken for zero. If it goes to the side of another branch, that
-// one is tried. Where guards are zero together, each is turned in this way. Every branch may lead to one that has been tried, as friction does on a body at
-// rest; then no branch holds the motion. The run ends as zeno, and names the comparison. So it does where edges crowd. A motion that starts
-// on a guard, and may leave it to both sides, is not unique: refused_by_model.
-//
-// Functors that ask for a plain value (isnan, innermost_value) are refused, for no guard holds it; so are constraints that branch.
+// So every step lies on one branch and no order is lost, in both directions of time. At an edge rounding decides about the value of g,
+// so its coefficients of higher order decide about the side. If they lead to another branch, that one is tried. If every branch leads
+// to one that was tried, as friction does on a body at rest, or edges crowd, the run ends as zeno. A motion that starts on a guard and
+// may leave it to both sides is not unique: refused_by_model. Functors that ask for a plain value (isnan, innermost_value) are refused,
+// for no guard holds it; so are constraints that branch.
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -3,38 +3,17 @@
 //
 // Constraints on power series.
 //
-// On constraints, φ(q, t) = 0 or a(q, q̇, t) = 0, Lagrange's equations get one force and one condition for each row,
-//
-//     d/dt p = g + Wᵀλ ,      c = 0 ,         c = φ̇ or a ,    W = ∂c/∂q̇ ,
-//
-// and their series, with s = (t − t₀)/τ, one more unknown: λ = λ₀ + λ₁ s + …, which is *one order behind*. For p_k follows from
-// forces of order k − 1, and c_k, like p_k (integrate/steps/taylor_equations.hpp), contains q̇_k only beside a factor of order 0:
-//
-//     p_k = M₀ q̇_k + r_k ,       c_k = W₀ q̇_k + e_k ,       (Wᵀλ)_{k−1} = W₀ᵀ λ_{k−1} + u_{k−1} ,
-//     u_{k−1} = Σ_{j=1…k−1} W_jᵀ λ_{k−1−j} .
-//
-// r and e come out of one sweep in which q̇_k is zero, u of orders that are known. What is left to solve at each order,
+// On constraints Lagrange's equations get a force and a condition for each row: d/dt p = g + Wᵀλ, c = 0, where c = φ̇ or a, W = ∂c/∂q̇.
+// With s = (t − t₀)/τ, λ = λ₀ + λ₁ s + … is *one order behind*: p_k follows from forces of order k − 1, and q̇_k stands in p_k and c_k
+// only beside a factor of order 0 (taylor_equations.hpp). With p_k = M₀ q̇_k + r_k and c_k = W₀ q̇_k + e_k each order solves
 //
 //     [ M₀  −W₀ᵀ ] [ q̇_k             ]     [ τ (g + u)_{k−1}/k − r_k ]
-//     [ W₀    0  ] [ (τ/k) λ_{k−1}   ]  =  [ − e_k                   ] ,
+//     [ W₀    0  ] [ (τ/k) λ_{k−1}   ]  =  [ − e_k                   ] ,       u_{k−1} = Σ_{j=1…k−1} W_jᵀ λ_{k−1−j} ,
 //
-// has the same matrix at all orders, that of the accelerations q̈ and λ at t₀ themselves (order 1). It is factored once per step
-// (mechanics/derive/dense_factors.hpp). A series that begins on the constraints stays on them in all its coefficients. The error of
-// the terms that are cut off is removed by a projection at the step's end.
-//
-// Weak pivots are left to effects/rows/constrained_solve.hpp, which decides about the rank:
-//
-//   redundant   M⁻¹f + D (γ − W M⁻¹f) with W D r = r and D r as short as the metric of M allows; Dᵀ M D times the same are the
-//               multipliers. D is found once per step. Rows that contradict each other show at order 1.
-//   massless    M alone is singular: the whole matrix is solved with full pivoting, order by order.
-//
-// Near a singular position, where a linkage could fold, an error δ of one order is δ/σ in the next, σ the sine of the weakest row's angle
-// to the others. So the series of a motion that passes there smoothly is noise beyond a distance of σ, and steps shrink towards the
-// position; taylor.hpp ends that by name. (Rows that are dependent all the time do no such harm: errors of the next order are too.)
-//
-// Constraints hold everywhere or not at all; what switches on and off (contacts, dry friction) is no power series.
-//
-// The factors of constraints are not included here: code that has a scene with constraints has included them.
+// with one factorization per step. A series that begins on the constraints stays on them; a projection at the step's end removes what
+// is cut off. Weak pivots are left to effects/rows/constrained_solve.hpp, which decides about the rank. Near a singular position,
+// where a linkage could fold, an error δ of one order is δ/σ in the next, σ the sine of the weakest row's angle to the others. So steps
+// shrink towards it, and taylor.hpp ends the run. What switches on and off (contacts, dry friction) has no power series.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -226,7 +205,8 @@ class ConstraintSeries final : public ConstraintPart {
   DenseConstrainedFactors<Dynamic> factors_;
   std::optional<Factors> revealed_;  // where pivots are weak
   Eigen::MatrixXd W_;
-  Eigen::MatrixXd displacement_;  // D, where rows are redundant
+  // Where rows are redundant: q̇ is M⁻¹f + D (γ − W M⁻¹f), with W D r = r and D r as short as the metric of M allows. Dᵀ M D gives the multipliers.
+  Eigen::MatrixXd displacement_;  // D
   Eigen::MatrixXd least_;            // Dᵀ M D
   Eigen::VectorXd gamma_;
   Eigen::MatrixXd lambda_;

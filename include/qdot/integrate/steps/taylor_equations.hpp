@@ -3,21 +3,11 @@
 //
 // Lagrange's equations on power series.
 //
-// Written with the momenta, Lagrange's equations need no second derivative but the mass matrix:
+// Written with momenta, d/dt p = g, p = ∂L/∂q̇, g = ∂L/∂q, they need no second derivative but the mass matrix. Let q, q̇, p, g be power
+// series in s = (t − t₀)/τ. Then q_{k+1} = τ q̇_k / (k + 1) and p_{k+1} = τ g_k / (k + 1), order by order. The highest coefficient of q̇
+// enters every product only once, beside coefficients of order 0. So p, a function of q and q̇, also gives
 //
-//     d/dt p = g ,      p = ∂L/∂q̇,   g = ∂L/∂q .
-//
-// Let q, q̇, p, g be power series in s = (t − t₀)/τ. Then, order by order,
-//
-//     q_{k+1} = τ q̇_k / (k + 1)            p_{k+1} = τ g_k / (k + 1) .
-//
-// p is a function of q and q̇, so its coefficient k + 1 also is
-//
-//     p_{k+1} = M₀ q̇_{k+1} + r_{k+1},       r_{k+1}: the same with q̇_{k+1} = 0,
-//
-// for the highest coefficient enters every product only once, beside coefficients of order 0. Hence
-//
-//     M₀ q̇_{k+1} = τ g_k / (k + 1) − r_{k+1} .
+//     p_{k+1} = M₀ q̇_{k+1} + r_{k+1},       r_{k+1}: the same with q̇_{k+1} = 0,       hence     M₀ q̇_{k+1} = τ g_k / (k + 1) − r_{k+1} .
 //
 // M is needed at the expansion point only. It is factored once per step, and every further order costs two triangular solves and
 // one sweep through the graphs of p and g (ad/series/sweep.hpp). These come from one recording of L by reverse differentiation
@@ -25,7 +15,6 @@
 // motion, written out, have O(n²) terms.
 //
 // Forces of effects are summands of g, and effects' own states have z_{k+1} = τ ż_k/(k + 1): both need the order before only.
-// Constraints make the system to be solved larger by their multipliers (integrate/steps/taylor_constraints.hpp).
 
 #include <Eigen/Core>
 #include <memory>

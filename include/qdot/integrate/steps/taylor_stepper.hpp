@@ -149,6 +149,8 @@ class TaylorStepper : public detail::OneStep<N> {
  private:
   static constexpr int window = 6;  // coefficients that foretell the step
   static constexpr double rounding_wanted = 1e-14;  // below this rtol the series' own error must drown in rounding
+  // What the series leaves out has a sign: it pulls the energy by 5e-13 over 10⁴ Kepler periods at rtol = 2.5e-15. With this margin, half as many
+  // steps again, the energy walks at random, 1e-14 over the same time.
   static constexpr double rounding_margin = 256.0;
   static constexpr int most_rejections = 6;    // in a row, where constraints are nearly dependent
   static constexpr double weak_pivot = 1e-6;   // of nearly dependent rows: their sine is a thousandth
@@ -241,7 +243,8 @@ class TaylorStepper : public detail::OneStep<N> {
     return 0.95 * shortest * unit_;
   }
 
-  // P(h) into y_new_, the next expansion begun there; returns the weighted defect.
+  // P(h), projected onto constraints, into y_new_, the next expansion begun there; returns the weighted defect. A rejection costs one evaluation,
+  // not an expansion.
   double attempted_step(double t_new, double h, Eigen::Index& worst) {
     const int p = this->order_;
     const double s = h / dense_unit_;

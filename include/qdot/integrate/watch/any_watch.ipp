@@ -3,32 +3,18 @@
 //
 // Watchdogs: what a run looks at besides its steps.
 //
-// A step that passes its error test may still be worthless. Where M is nearly singular its accelerations have no digits left.
-// Where V is not what its derivative says (a jump, a parameter that changes), the method follows forces that belong to no energy.
-// So now and then an accepted state is looked at:
+// A step that passes its error test may still be worthless. A nearly singular M leaves accelerations no digits; a V that jumps or
+// changes gives forces that belong to no energy. So now and then an accepted state is looked at:
 //
-//     rcond(M)      the smallest pivot of M scaled to unit diagonal, d_min of D⁻½ M D⁻½ = L Δ Lᵀ: a bound of 1/cond from
-//                   above, mostly within a factor of ten, that does not change with the units. Accelerations lose
-//                   log₁₀(1/rcond) of 16 digits; below options.rcond_limit = 1e-13 the run ends, and the direction that has
-//                   lost its inertia is named. Known for positive definite M of up to 128 coordinates, without constraints
-//                   (which may carry what has no mass).
-//     J M⁻¹ Jᵀ      the same for scenes with constraints, rows scaled to length one in the metric of M; of more than 128 coordinates
-//                   by sparse factors, without rcond(M). Dependent rows are allowed (effects/rows/constrained_solve.hpp), so its limit is
-//                   0 unless one is given.
-//     energy        Where neither T nor V takes the time, whether they conserve what they must (integrate/watch/energy_watch.hpp).
-//     time          No step passes over time that was not looked at (integrate/watch/time_watch.hpp).
-//     f             of all systems: whether the right-hand side is what it was at the same time and state (integrate/watch/change_watch.hpp).
-//     values        T and V must have some. Their slopes are numbers only where they do, but not every value is needed for q̈: a
-//                   constant that is NaN, or a sum that overflows, moves nothing. The energy that it makes NaN is one all the same.
+//     rcond(M)    d_min of D⁻½ M D⁻½ = L Δ Lᵀ, M scaled to unit diagonal: a bound of 1/cond from above, in any units. Accelerations
+//                 lose log₁₀(1/rcond) of 16 digits; below options.rcond_limit the run ends. Without constraints, to 128 coordinates.
+//     J M⁻¹ Jᵀ    the same of constraints, rows scaled to length one in the metric of M. Dependent rows are allowed by default.
+//     others      energy (energy_watch.hpp), time (time_watch.hpp), f (change_watch.hpp), and whether T and V have values at all
 //
-// When. At the start, after steps 1, 3, 7, 15, 31, 63, then every 61st, at stop times and at the end. 61 is a prime: what alternates from
-// step to step, or with another short period, must not look the same at all looks. Also after every step while rcond(M) is below 1e-6, and
-// where the step has become eight times shorter since the last look. At stop times and where an event changes the state h and f are compared
-// afresh: a legitimate change of the model belongs there. With more than eleven coordinates the looks are rarer, n²/64 to n²/8 steps apart,
-// where n counts to 128. They are not counted as evaluations. For a double pendulum they cost about one percent of the time with Dopri5 and
-// BDF, and half a percent with Dop853 and Taylor. That is half of what was measured with a look at every 32nd step.
-//
-// This is the work of any_watch.hpp. Programs that link qdot::compiled do not read it: the library has it.
+// Looks are at the start, after steps 1, 3, 7, 15, 31, 63, then every 61st, at stop times, at the end, and where the step has become
+// eight times shorter. 61 is a prime: what alternates with a short period must not look the same at all looks. More than eleven
+// coordinates are looked at every n²/64 to n²/8 steps; a nearly singular M, below 1e-6, at every step.
+// Looks cost about one percent with Dopri5 and BDF, half a percent with Dop853 and Taylor (double pendulum; docs/outcomes.md).
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -3,26 +3,18 @@
 //
 // No step passes over a stay on another branch.
 //
-// A functor that compares a coordinate, q < a ? f : g, has other equations in another place. A step whose stages all miss this place does not feel it,
-// and no error estimate can tell. A body that coasts through a narrow strip with a force, for example, takes it in one step. So behind each step the
-// guards of the branch (ad/formula/branches.hpp) are evaluated along its polynomial. One change of sides is a switch, which the stages behind it have
-// felt, if the branch of the end begins where that of the start ends. Otherwise, and where sides change twice, the step is taken once more, and ends
-// where another branch was seen. Then its last stage is on that branch, and the error estimate reacts.
+// A functor that compares a coordinate, q < a ? f : g, has other equations in another place. A step whose stages all miss this place
+// does not feel it, and no error estimate can tell. So behind each step the guards of the branch (ad/formula/branches.hpp) are evaluated
+// along its polynomial. Where they show a branch that the stages missed, the step is taken once more and ends there:
 //
 //     stages      x           x      x            x        guard, at 16 places      + + + − − + + + + + + + + + + +
 //     the place          [ ]                               ends where               ↑ the fourth is
 //
-// Where a method can hold the branch on which a step begins, by its recorded formulas that go on beyond the guards, no stage feels the other side. Then the
-// step is cut where its polynomial leaves the branch, as by an event, and the method begins afresh behind it. No order is lost at a kink or jump.
+// Then its last stage is on that branch, and the error estimate reacts. A method that can hold the branch of a step's begin, by formulas
+// that go on beyond the guards, cuts the step where its polynomial leaves the branch. No order is lost at a kink or jump then.
 //
-// Where bounds of the polynomial show that no guard is reached, the places are not looked at. A guard that comes near to its level between two places
-// and turns is followed to where it turns. What the motion meets at a boundary, a blow or a place that it cannot leave, ends the run by a name
-// (integrate/watch/branch_crossing.hpp).
-//
-// The branch is recorded behind the first step, and anew where its guards have changed. Functors that compare nothing are known to do so from then on,
-// mostly because their equations have been derived. Stairs that switch in nearly every step, and what asks for plain values, are left alone. Methods
-// with a step of fixed length are not watched; in lanes such functors run one by one. A visit to a branch and back within a sixteenth of a step is
-// not seen where its guard turns twice there.
+// Methods with a step of fixed length, stairs that switch in nearly every step, and functors that ask for plain values are not watched.
+// A visit to a branch and back within a sixteenth of a step is not seen where its guard turns twice there.
 
 #include <Eigen/Core>
 #include <memory>

@@ -3,33 +3,17 @@
 //
 // Is the right-hand side a function?
 //
-// Methods take it for granted: that f(t, y) is the same whenever it is asked for. A stage of the last step is the first of the
-// next, and a multistep method uses its past. A power series is made from what was recorded, and a step may be rejected and taken
-// anew. A force that reads a variable which an observer writes to, or that counts its own calls, is no such f. The result then
-// depends on the method and on its steps. So f is asked twice. Where a leg begins (the start, a stop time, an event that changes
-// the state) and at each look its values at (t, y) are kept. At the next look it is evaluated *there* again:
+// Methods assume that f(t, y) is the same whenever it is asked for: a first stage is used again, a rejected step is taken anew. A force
+// that reads a variable which an observer writes to, or that counts its own calls, is no such f. Then the result depends on the method
+// and its steps. So the values at (t, y) are kept where a leg begins and at each look, and the next look evaluates f *there* again. The
+// values are q̈ and ż by the equations themselves, φ and φ̇ of constraints, guards of contacts and friction. T and V are asked twice.
 //
-//     rates          q̈ and ż, by the equations of motion themselves: without recordings or factors that are kept
-//     constraints    φ and φ̇, since a projection follows φ where φ̈ shows nothing
-//     guards         gaps, and what holds friction back
+// An f that does not change gives the same bits. Bits that differ may be rounding, as of a sum whose order depends on threads. So a
+// difference δ in component i is a change of the model only if rounding does not explain it,
 //
-// It is compared with the values of a look before, and at every fourth look with those of the leg's begin as well. The first comparison
-// sees what had no influence where the leg began, the second what creeps. Values are kept anew at the first seven looks and then at every
-// fourth, so that a look costs one evaluation and a half. Where a leg begins T and V are asked twice, one call behind the other: those
-// that count their calls show it then.
+//     |δ| > 2⁻³⁶ |fᵢ| + Σⱼ |fᵢ(y + 2⁻³⁶ yⱼ eⱼ) − fᵢ(y)| ,         2⁻³⁶ = 1.5e-11 ,
 //
-// Tolerance. The same instructions on the same numbers give the same bits, however stiff, near to singular, huge or tiny the system
-// is. So an f that does not change always passes. Bits that differ may still be rounding. The order of a sum may depend on
-// threads or on the alignment of memory, or a functor may iterate from where it stopped before. So a difference δ in component i
-// is a change of the model only if rounding does not explain it,
-//
-//     |δ| > Σⱼ |fᵢ(y + 2⁻³⁶ yⱼ eⱼ) − fᵢ(y)|   and   |δ| > 2⁻³⁶ |fᵢ| ,          2⁻³⁶ = 1.5e-11 ,
-//
-// a hundred thousand times what rounding of y does, with all the bad condition that f has there. For rates, it must also matter
-// to the accuracy that was asked for: |δ| times the time since the leg began > rtol |yᵢ| + atolᵢ.
-//
-// A state where f could not be evaluated is not compared. One where it could, and cannot be at a look, ends the run with what the functors say there: a
-// method that goes by recorded lines does not call them.
+// a hundred thousand times what rounding of y does. A rate must also matter: |δ| times the time since the leg began > rtol |yᵢ| + atolᵢ.
 
 #include <Eigen/Core>
 #include <algorithm>
@@ -73,7 +57,7 @@ class BasicChangeWatch {
 
  private:
   static constexpr double rounding = 0x1p-36;
-  static constexpr long thinned = 4;
+  static constexpr long thinned = 4;  // after the first looks values are kept at every fourth, and those of the leg's begin compared: for what creeps
 
   struct Seen {
     bool is_known = false;

@@ -3,23 +3,18 @@
 //
 // Diagnosis: why a run stands still, asked only when it has ended.
 //
-// The step can shrink to nothing for four reasons, and each has another cure. They are told apart by some dozens of evaluations
-// about the last good state (t, y), with f₀ = f(t, y) and the line y + s f₀ that the motion follows there:
+// The step can shrink to nothing for four reasons, and each has another cure. Some dozens of evaluations tell them apart, about the
+// last good state (t, y), with f₀ = f(t, y) and along the line y + s f₀:
 //
-//     event chatter    a large part of the last steps ended at events that changed the state.
-//     discontinuous    f differs between s = −r and s = +r, and halving the interval, always to the half with the larger
-//                      difference, ends between two neighbouring doubles with the difference still there. A smooth f would have
-//                      halved it each time; one that has a pole there has made it larger.
-//     singular         a component changes by its own size in a time that is nothing beside the time of the run, and nothing
-//                      in ∂f/∂y is much faster than this: it is the motion itself that runs to infinity (or into a root of
-//                      zero). Or M has become nearly singular.
-//     stiff            h ρ is about one, where ρ, the largest |λ| of ∂f/∂y by powers of it in differences of f, is much faster than
-//                      anything that the motion does: only stability holds the step.
+//     event chatter    more than one in twenty of the last steps ended at events that changed the state.
+//     discontinuous    f differs between s = −r and s = +r, and halving to the side with the larger difference ends between two
+//                      neighbouring doubles with the difference still there. A pole has made it larger.
+//     singular         a component changes by its own size in a time that is nothing beside the run's, and nothing in ∂f/∂y is much
+//                      faster: the motion runs to infinity, or into a root of zero. Or M has become nearly singular.
+//     stiff            h ρ is about one, where ρ, the largest |λ| of ∂f/∂y, is much faster than the motion: stability holds the step.
 //
-// None of these is a proof, so the message gives the numbers with the word. Where f became NaN the same line is searched for the
-// first place where it did. T, V and their derivatives are then evaluated one by one there, to find which of them is wrong.
-//
-// Everything that the model throws meanwhile is caught: the run has an outcome already.
+// None of these is a proof, so the message gives the numbers with the word. Where f became NaN, the first such place on the line is
+// searched for, and what is not finite there is named. What the model throws meanwhile is caught: the run has its outcome already.
 
 #include <Eigen/Core>
 #include <algorithm>

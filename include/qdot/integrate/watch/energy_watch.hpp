@@ -5,19 +5,16 @@
 //
 // Where neither takes the time, h = q̇·∂L/∂q̇ − L is constant on the exact motion, and every step may change it by about
 //
-//     a = Σᵢ |h(y + wᵢ eᵢ) − h(y)| ,      wᵢ = rtol |yᵢ| + atolᵢ ,
+//     a = Σᵢ |h(y + wᵢ eᵢ) − h(y)| ,      wᵢ = rtol |yᵢ| + atolᵢ      (of more than 128 coordinates Σ |∂h/∂yᵢ| wᵢ),
 //
-// (of more than 128 coordinates Σ |∂h/∂yᵢ| wᵢ), which needs no trust in the forces. Over N steps that is N a at most, whatever the motion does with
-// errors, for h has no sensitivity to them. A drift above
+// which needs no trust in the forces. Over N steps that is N a at most, for h has no sensitivity to earlier errors. A drift above
 //
 //     energy_drift_limit · (N max a + ε max(|T| + |V|)),       energy_drift_limit = 10³,
 //
-// is no error of integration. And whatever the tolerances allow, the drift of a whole run must not exceed a quarter of the largest T that was seen.
-// Otherwise the computed motion is not the system's, and the run does not count as completed. (T knows no arbitrary constant, as V does, and a motion that
-// has one has a T.) The margin is wide. Correct runs came to 0.6 at most, over twelve systems, five methods and rtol = 1e-3 … 1e-13, each with atol from
-// rtol/1000 to 1000 rtol. Wrong models exceed 10³ by decades at usual tolerances. (At rtol = 1e-3 each step may change h by a thousandth, and little can
-// be out of proportion to that.) Methods with a step of fixed length promise no tolerance and are not judged. Forces of effects do work:
-// energy_balance.hpp is for them.
+// is no error of integration. And the drift of a whole run must not exceed a quarter of the largest T, whatever the tolerances allow.
+// Otherwise the computed motion is not the system's, and the run ends as energy_drift. (V has an arbitrary constant, T has none.) The
+// margin is wide: correct runs came to 0.6 at most, and wrong models exceed 10³ by decades at usual tolerances (docs/outcomes.md).
+// Methods with a step of fixed length are not judged. Forces of effects do work: energy_balance.hpp is for them.
 
 #include <Eigen/Core>
 #include <algorithm>

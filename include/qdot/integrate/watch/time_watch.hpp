@@ -3,34 +3,18 @@
 //
 // What time brings: no step passes over a stretch of time that was not looked at.
 //
-// A method evaluates forces at a few times of a step. A system at rest lets it choose any step. A push that begins and ends between two
-// of these times is never felt, and no error estimate can know of it. So where a signature says that time enters, V(q, t), T(q, qdot,
-// t) or an effect with t, steps are limited to what has been looked at.
+// A system at rest lets a method choose any step, so a push that begins and ends between two evaluations is never felt, and no error
+// estimate can tell. So where a signature says that time enters, V(q, t), T(q, qdot, t) or an effect with t, steps are limited:
 //
-// Formulas. T, V and what takes the time of the effects are run once with the scalar that writes down what is done to it. Their functions of
-// time are then bounded over whole stretches of it, with their rates (ad/formula/time_bounds.hpp). The result for a stretch [t, t + L] is a
-// length s: nothing shorter than s happens there. A step may be as long as s, or as L where nothing happens at all. Where L is large and s is
-// not, because something happens somewhere in it, L is halved. So an oscillator at rest with a push of a thousandth at t = 8 is brought to the
-// foot of the push in some twenty steps. From there the method sees it, and chooses for itself. Under a force sin Ωt one look at the beginning
-// says that steps below 4/Ω are good for ever, and there are no longer ones.
+//     formulas   bounds over a stretch [t, t + L] (ad/formula/time_bounds.hpp) give a length s such that nothing shorter happens there.
+//                A step may be as long as s, or L where nothing happens. Where s is too short for a long L, L is halved.
+//     branches   of time, t > 1 && t < 1.001 ? F : 0: the guards (ad/formula/time_guards.hpp) tell where it switches. The step ends in
+//                front of that, and the method begins afresh behind it. A guard with state, q < a sin t, is forecast.
+//     others     that ask for plain numbers are sampled 256 times on the way to the end or the next stop time. What they do within less
+//                may be missed: stop times, or a max_step, are the remedy.
 //
-// Branches. A functor that compares, t > 1 && t < 1.001 ? F : 0, is one formula between its switches. It is recorded as it is at the present time
-// and state, with guards whose signs say how long that holds (ad/formula/time_guards.hpp). A switch by time alone is found to the last digits
-// before a step passes it. The step ends in front of it, and the method begins afresh behind it, with the formula that holds there. A guard with state as
-// well, q < a sin t, is forecast. Where the state is about to take the other side of a branch, the times that count there are landed on too.
-//
-// Other functors, those that do not take every scalar or ask for a plain value (a table by an index), are sampled. Before a step longer than 1/256
-// of the run, the accelerations at the present state and at the times between are compared with those at its ends. What they do within less may be
-// missed. Statistics::time_resolution is this length, and 0 where all was bounded. Stop times, or a max_step, are the remedy. So it is with a
-// functor that holds still on a guard, or that switches too often to be followed.
-//
-// Methods with a step of fixed length, which is the user's choice, land on switches too, and do without the rest; time_resolution is their
-// step, where not all was followed. Behind a switch contacts and frictions find their phases anew; a run backward in which one changes is refused.
-// Not covered: systems of first order by themselves, whose signature says nothing; what happens in a place that is passed quickly, V(q) with a bump,
-// where no time enters.
-//
-// Cost. Systems without time: none. Otherwise two comparisons per step, and a look of less than a microsecond where the last one does not
-// reach far enough: under smooth drives every hundred steps or less. A switch costs a recording and some hundred evaluations of its guards.
+// Statistics::time_resolution is the length that was not looked at. Methods with a step of fixed length land on switches only. Not
+// covered: systems of first order, whose signature says nothing, and what happens in a place that is passed quickly (branch_watch.hpp).
 
 #include <Eigen/Core>
 #include <algorithm>
