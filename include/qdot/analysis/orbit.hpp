@@ -11,9 +11,11 @@
 //
 //     M ẋ = ẋ          a deviation along the orbit only begins elsewhere on it       (nothing depends on the time)
 //     ∇h M = ∇h        orbits come in families, one for each energy                  (h is conserved)
+//     M z = z          a deviation along a symmetry is the orbit elsewhere     (translations or rotations change no motion)
+//     ∇I M = ∇I        orbits with another momentum drift or turn              (Noether's integral I is conserved)
 //
-// Together they make a Jordan block, which rounding would split into 1 ± √ε. So ẋ and ∇h are taken out of M before its
-// eigenvalues are computed, and both ones are known exactly. The others decide (Lyapunov's first method, for orbits):
+// Each pair makes a Jordan block, which rounding would split into 1 ± √ε. So they are taken out of M before its eigenvalues are
+// computed, and all these ones are known exactly. The others decide (Lyapunov's first method, for orbits):
 //
 //     all |μ| < 1                            deviations die out
 //     some |μ| > 1                           unstable
@@ -94,6 +96,7 @@ struct Orbit {
   Eigen::MatrixXd monodromy;                               ///< M, 2n×2n
   std::vector<Multiplier> multipliers;                     ///< largest first; on constraints, of what they allow
   OrbitStability stability = OrbitStability::not_decided;  ///< by the multipliers
+  std::vector<std::string> symmetries;                     ///< whose multipliers are trivial: "time and energy", "translation of x1, x2 and its momentum"
   std::vector<std::string> undetermined;                   ///< what the orbit leaves open, each by its largest component: "x" for the place of a cart
 
   /// Whether it closes within the tolerance.
