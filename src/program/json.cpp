@@ -235,6 +235,7 @@ Json json_of(const Orbit& orbit) {
     json["multipliers"].push_back({{"re", m.value.real()}, {"im", m.value.imag()}, {"radius", m.radius}, {"trivial", m.trivial}});
   json["residual"] = numbers(orbit.residual);
   json["extent"] = numbers(orbit.extent);
+  json["symmetries"] = orbit.symmetries;
   json["undetermined"] = orbit.undetermined;
   return json;
 }

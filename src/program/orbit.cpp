@@ -189,6 +189,7 @@ report::Facts facts_of(const OrbitTask& task, const Orbit& orbit, const OrbitMot
     facts.rows.push_back(
         {"multiplier", multiplier_text(m.value),
          m.trivial ? "trivial" : "|μ| = " + rounded_text(std::abs(m.value), 8) + ", known to " + rounded_text(m.radius, 2)});
+  for (const std::string& symmetry : orbit.symmetries) facts.rows.push_back({"symmetry", symmetry});
   for (const std::string& open : orbit.undetermined) facts.rows.push_back({"left open", open});
   return facts;
 }

@@ -81,6 +81,9 @@ class ModelShooting final : public qdot::detail::Shooting {
     const auto here = model(p);
     return here->energies(time() + later, here->packed({time(), x.head(dof_), x.tail(dof_)})).jacobi;
   }
+  Eigen::VectorXd momenta(const Eigen::VectorXd& x, double p, double later) const override {
+    return model(p)->momenta(time() + later, x.head(dof_), x.tail(dof_));
+  }
   Eigen::VectorXd settled(const Eigen::VectorXd& x, double p) const override {
     if (!projects()) return x;
     return packed(*model(p), x).head(size());

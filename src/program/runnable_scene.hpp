@@ -123,8 +123,9 @@ class Model : public qdot::detail::MethodForm {
   /// Runs the same functors once more on what has been recorded.
   virtual void run_again(qdot::detail::RecordedMotion&) const {}
 
+  /// p = ∂L/∂q̇ at (t, q, q̇).
+  virtual Eigen::VectorXd momenta(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const = 0;
   // d/dt p = F and ż, for methods that step momenta (integrate/steps/form_mechanics.hpp); a bare scene's own steppers know them.
-  virtual Eigen::VectorXd momenta(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }
   virtual Eigen::MatrixXd inverse_mass(double, const Eigen::VectorXd&, const Eigen::VectorXd&) const { return {}; }
   virtual Eigen::VectorXd force(double, const Eigen::VectorXd&) const { return {}; }
   virtual Eigen::VectorXd state_rates(double, const Eigen::VectorXd&) const { return {}; }

@@ -81,6 +81,10 @@ class SystemModel final : public FormModel<FirstOrderForm<Sys>> {
     return true;
   }
   bool bare() const override { return true; }
+  Eigen::VectorXd momenta(double t, const Eigen::VectorXd& q, const Eigen::VectorXd& v) const override {
+    using Q = Vector<double, Sys::dof_at_compile_time>;
+    return conjugate_momenta(form_.system(), Q(q), Q(v), t);
+  }
   bool separable() const override { return !qdot::detail::kinetic_energy_takes_q<Sys::dof_at_compile_time>(form_.system().energies()); }
   std::optional<AnyStepper> own_stepper(const std::string& method, double step, const Options& options) const override {
     return own_stepper_of(form_, method, step, options);

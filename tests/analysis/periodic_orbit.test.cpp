@@ -179,13 +179,16 @@ TEST_CASE("beside a pendulum on a rod, an oscillator's multipliers are those of 
   CHECK(orbit.stability == OrbitStability::stable_to_first_order);
 }
 
-TEST_CASE("what an orbit leaves open is named, and decides nothing") {
+TEST_CASE("what an orbit leaves open is named; where that is a symmetry it decides nothing") {
   const auto orbit = periodic_orbit_near(beside_rod(0.0), at_1_3(4.0), 6.5, hold_energy());
   INFO(orbit.message);
   REQUIRE(orbit.found());
   REQUIRE(orbit.undetermined == std::vector<std::string>{"z"});
   CHECK(orbit.x[2] == 4.0);
-  CHECK(orbit.stability == OrbitStability::not_decided);
+  CHECK(orbit.symmetries == std::vector<std::string>{"time and energy", "translation of z and its momentum"});
+  CHECK(orbit.multipliers.size() == 4);
+  for (const Multiplier& m : orbit.multipliers) CHECK(m.trivial);
+  CHECK(orbit.stability == OrbitStability::stable_to_first_order);
 }
 
 TEST_CASE("a pendulum with an unstable neighbour is unstable") {

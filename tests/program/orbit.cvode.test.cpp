@@ -75,6 +75,16 @@ TEST_CASE("an orbit may turn, bounce, or stand in a frame that is driven") {
   CHECK_THAT(std::abs(m(0) * m(1)), WithinAbs(1.0, closed));  // areas are kept
 }
 
+TEST_CASE("a planet's ellipse has no multipliers but those of its symmetries, which are named") {
+  const json planet = answer("kepler");
+  CHECK_THAT(number(planet["period"]), WithinAbs(2.0 * std::numbers::pi, closed));
+  CHECK(planet["stability"] == "stable to first order");
+  CHECK(planet["symmetries"] == json({"time and energy", "rotation of (x, y) and its angular momentum"}));
+  CHECK(planet["multipliers"].size() == 4);
+  for (const json& m : planet["multipliers"]) CHECK(m["trivial"] == true);
+  CHECK(qdot("orbit kepler").out.find("  symmetry       rotation of (x, y) and its angular momentum\n") != std::string::npos);
+}
+
 TEST_CASE("along the energy a pendulum's period grows as the elliptic integral does") {
   const program_test::Directory directory;
   const std::string out = directory.file("family");

@@ -5,12 +5,12 @@
 // =================================
 //
 //     x(t₀ + T) = x(t₀) ,    M = ∂x(t₀ + T)/∂x(t₀) ,    x = [q; q̇]
-//     M ẋ = ẋ          a deviation along the orbit only begins elsewhere on it        (nothing depends on the time)
-//     ∇h M = ∇h        orbits come in families, one for each energy                   (h is conserved)
+//     M ẋ = ẋ ,  ∇h M = ∇h      the orbit begins elsewhere on itself; one for each energy     (nothing depends on the time)
+//     M z = z ,  ∇I M = ∇I      translations and rotations z; one for each of their integrals I    (Noether)
 //
-// A small deviation is multiplied by an eigenvalue μ of the monodromy matrix M in each period: a multiplier (Floquet).
-// Two may be 1 for reasons that say nothing of stability, the *trivial* ones. Together they make a Jordan block, which
-// rounding would split into 1 ± √ε. So ẋ and ∇h are taken out of M first. The others decide: all |μ| < 1, deviations
+// A small deviation is multiplied by an eigenvalue μ of the monodromy matrix M in each period: a multiplier (Floquet). Those of
+// the lines above are 1 for reasons that say nothing of stability, the *trivial* ones. Each pair makes a Jordan block, which
+// rounding would split into 1 ± √ε. So they are taken out of M first. The others decide: all |μ| < 1, deviations
 // die out; some |μ| > 1, unstable; none outside the circle and those on it simple, stable to first order. Each μ has a
 // radius to which it is known: the condition of μ times rounding and the error of the run, which a second run with
 // looser tolerances shows.
@@ -87,6 +87,7 @@ struct Orbit {
   Eigen::MatrixXd monodromy;                               ///< M, 2n×2n
   std::vector<Multiplier> multipliers;                     ///< largest first; on constraints, of what they allow
   OrbitStability stability = OrbitStability::not_decided;  ///< by the multipliers
+  std::vector<std::string> symmetries;                     ///< whose multipliers are trivial: "time and energy", "translation of x1, x2 and its momentum"
   std::vector<std::string> undetermined;                   ///< what the orbit leaves open, each by its largest component: "x" for the place of a cart
 
   /// Whether it closes within the tolerance.

@@ -105,6 +105,7 @@ ClosingEquations closing_equations(const char* who, const Shooting& of, const Ei
     equations.measure(x, first.extent);
   }
   equations.scale[N] = period;
+  equations.symmetries = symmetries_in({of, x, equations.scale.head(N), p, equations.driven ? period : 0.0});
   equations.scale[N + 1] = p != 0.0 && std::abs(p) < 1e-3 ? std::abs(p) : std::max(std::abs(p), 1.0);
   if (held.what == Held::What::coordinate && (held.coordinate < 0 || held.coordinate >= N / 2))
     throw_invalid_value({who, ": the coordinate that is held must be one of 0 to ", N / 2 - 1, ", but is ", held.coordinate, "; give its index"});

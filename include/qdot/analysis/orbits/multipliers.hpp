@@ -3,12 +3,15 @@
 //
 // Multipliers of an orbit, the trivial ones taken out.
 //
-// Take a unit vector a along ẋ, b along ∇h, and U orthonormal and normal to both. Then M is a block triangle in the basis [a, U,
-// b], since M a = a and bᵀM = bᵀ:
+// M keeps the tangents z of symmetries, M z = z, and the slopes ∇I of what is conserved, ∇I M = ∇I; ẋ and ∇h are a pair of them. Let the columns of b be
+// orthonormal and span all ∇I, those of a the z with ∇I z = 0 for all I, and U be normal to both. In the basis [a, U, b] M is a block triangle:
 //
 //     ⎡ 1  *     * ⎤
 //     ⎢ 0  UᵀMU  * ⎥        UᵀMU has the multipliers that are not trivial
 //     ⎣ 0  0     1 ⎦
+//
+// Where integrals are in involution, as total momenta are, a has all z. Where they are not, as the components of an angular momentum L ≠ 0, some z changes
+// another integral; it is no part of a, and its multiplier 1 is that of b.
 //
 // On constraints M is that of the tangent space: what they forbid is taken out as well.
 //
@@ -16,7 +19,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -34,7 +39,7 @@ Eigen::MatrixXd in_units_of(const Eigen::VectorXd& scale, const Eigen::MatrixXd&
   return of_x.cwiseInverse().asDiagonal() * M * of_x.asDiagonal();
 }
 
-// UᵀMU in units of `scale`; `taken` is orthonormal: what is forbidden, along ẋ, along ∇h.
+// UᵀMU in units of `scale`; `taken` is orthonormal: what is forbidden, b, a.
 template <class = void>  // compiled only where it is called
 Eigen::MatrixXd without_trivial(const Eigen::MatrixXd& M, const Eigen::VectorXd& scale, const std::vector<Eigen::VectorXd>& taken) {
   Eigen::MatrixXd rows(static_cast<Eigen::Index>(taken.size()), M.rows());
@@ -43,6 +48,60 @@ Eigen::MatrixXd without_trivial(const Eigen::MatrixXd& M, const Eigen::VectorXd&
   const Eigen::MatrixXd right = in_units_of(scale, M).lazyProduct(U);
   return U.transpose().lazyProduct(right);
 }
+
+// A tangent and a slope that M keeps, in units of the extents.
+struct KeptPair {
+  Eigen::VectorXd tangent, slope;  // the slope is empty where nothing is conserved
+  std::string name;
+};
+
+// What is taken out of M, orthonormal in units of `scale`: what constraints forbid, then b and a.
+template <class = void>  // compiled only where it is made
+struct BasicTrivialDirections {
+  std::vector<Eigen::VectorXd> taken{};
+  std::size_t ones = 0;  // the last of them, with the multiplier 1
+  bool conserves_energy = false;
+  std::vector<std::string> symmetries{};  // that give them
+
+  // Takes out b and a of these pairs; one that lies in the span of those before it is not named.
+  void take(const std::vector<KeptPair>& pairs) {
+    const std::size_t first = taken.size();
+    std::vector<Eigen::VectorXd> z;
+    for (const KeptPair& pair : pairs) {
+      const bool moves = extend(z, pair.tangent), conserves = pair.slope.size() > 0 && extend(taken, pair.slope);
+      if (moves || conserves) symmetries.push_back(pair.name);
+    }
+    const std::size_t behind = taken.size();
+    Eigen::MatrixXd changes(static_cast<Eigen::Index>(behind - first), static_cast<Eigen::Index>(z.size()));
+    for (Eigen::Index i = 0; i < changes.rows(); ++i)
+      for (Eigen::Index j = 0; j < changes.cols(); ++j) {
+        const double change = taken[first + static_cast<std::size_t>(i)].dot(z[static_cast<std::size_t>(j)]);
+        changes(i, j) = std::abs(change) > negligible ? change : 0.0;
+      }
+    const Eigen::MatrixXd still = shortest_step(changes, Eigen::VectorXd::Zero(changes.rows()), negligible).open;
+    for (Eigen::Index k = 0; k < still.cols(); ++k) {
+      Eigen::VectorXd a = Eigen::VectorXd::Zero(z[0].size());
+      for (std::size_t j = 0; j < z.size(); ++j) a += still(static_cast<Eigen::Index>(j), k) * z[j];
+      extend(taken, a);
+    }
+    ones = taken.size() - first;
+  }
+
+ private:
+  static constexpr double negligible = 1e-6;
+
+  // Adds to an orthonormal basis what a vector has beside it, unless that is negligible.
+  static bool extend(std::vector<Eigen::VectorXd>& basis, Eigen::VectorXd v) {
+    v /= v.norm();
+    for (int pass = 0; pass < 2; ++pass)
+      for (const Eigen::VectorXd& each : basis) v -= each.dot(v) * each;
+    if (!(v.norm() > negligible)) return false;
+    basis.push_back(v / v.norm());
+    return true;
+  }
+};
+
+using TrivialDirections = BasicTrivialDirections<>;
 
 // Multipliers of B, whose entries are as wrong as their difference from those of `coarser`.
 template <class = void>  // compiled only where it is called

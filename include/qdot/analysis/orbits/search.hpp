@@ -29,6 +29,7 @@
 #include "qdot/analysis/orbit.hpp"
 #include "qdot/analysis/orbits/multipliers.hpp"
 #include "qdot/analysis/orbits/shooting.hpp"
+#include "qdot/analysis/orbits/symmetries.hpp"
 #include "qdot/analysis/linear/shortest_step.hpp"
 #include "qdot/analysis/variations/slope.hpp"
 #include "qdot/error.hpp"
@@ -56,6 +57,7 @@ struct BasicClosingEquations {
   std::optional<double> energy{};  // that is held
   Eigen::VectorXd advance{};
   Eigen::VectorXd along{}, from{};  // τ in units of scale, and X₀; or empty
+  std::vector<AffineSymmetry> symmetries{};
 
   Eigen::Index states() const { return of->size(); }
 
@@ -275,27 +277,30 @@ std::vector<Eigen::VectorXd> forbidden_directions(const ClosingEquations& equati
   return forbidden;
 }
 
-// What is taken out of M, orthonormal in units of scale: what constraints forbid, then ẋ and ∇h, as far as M keeps them.
-struct TrivialDirections {
-  std::vector<Eigen::VectorXd> taken{};
-  std::size_t ones = 0;  // the last of them, with the multiplier 1
-};
+// What is taken out of M: what constraints forbid, ẋ, ∇h and the symmetries, as far as M keeps them.
 template <class = void>  // compiled only where it is called
 TrivialDirections trivial_directions(const ClosingEquations& equations, const ClosingPoint& point) {
   constexpr double conserved = 1e-6;
   TrivialDirections result{forbidden_directions(equations, point.X)};
-  if (equations.driven) return result;
   const Eigen::Index N = equations.states();
   const Eigen::VectorXd scale = equations.scale.head(N);
-  Eigen::VectorXd f = equations.rate(point.X).cwiseQuotient(scale), g = equations.energy_slope(point.X).head(N);
-  const Eigen::VectorXd behind = in_units_of(scale, point.shot.Phi).transpose() * g;
-  const bool lasts = g.norm() > 0.0 && (behind - g).norm() <= conserved * g.norm() && energy_lasts(equations, point.X);
-  for (Eigen::VectorXd* each : {&f, &g}) {
-    if (each == &g && !lasts) break;
-    for (const Eigen::VectorXd& v : result.taken) *each -= v.dot(*each) * v;
-    result.taken.push_back(*each / each->norm());
-    ++result.ones;
+  const Eigen::MatrixXd M = in_units_of(scale, point.shot.Phi);
+  const auto stays = [](const Eigen::VectorXd& v, const Eigen::VectorXd& after) { return v.norm() > 0.0 && (after - v).norm() <= conserved * v.norm(); };
+  std::vector<KeptPair> pairs;
+  if (!equations.driven) {
+    pairs.push_back({equations.rate(point.X).cwiseQuotient(scale), {}, "time"});
+    const Eigen::VectorXd slope = equations.energy_slope(point.X).head(N);
+    result.conserves_energy = stays(slope, M.transpose() * slope) && energy_lasts(equations, point.X);
+    if (result.conserves_energy) pairs[0] = {pairs[0].tangent, slope, "time and energy"};
   }
+  const Eigen::VectorXd x = equations.x(point.X);
+  const Eigen::MatrixXd slopes = integral_slopes({*equations.of, x, scale, ClosingEquations::parameter(point.X)}, equations.symmetries);
+  for (std::size_t k = 0; k < equations.symmetries.size(); ++k) {
+    const AffineSymmetry& symmetry = equations.symmetries[k];
+    const Eigen::VectorXd tangent = symmetry.tangent(x).cwiseQuotient(scale), slope = slopes.col(static_cast<Eigen::Index>(k));
+    if (symmetry.moves(x) && stays(tangent, M * tangent) && stays(slope, M.transpose() * slope)) pairs.push_back({tangent, slope, symmetry.name});
+  }
+  result.take(pairs);
   return result;
 }
 
@@ -334,7 +339,8 @@ Orbit orbit_of(const ClosingEquations& equations, const ClosingEnd& end) {
   if (end.outcome != OrbitOutcome::found) return orbit;
 
   const TrivialDirections trivial = trivial_directions(equations, point);
-  orbit.conserves_energy = trivial.ones > 1;
+  orbit.conserves_energy = trivial.conserves_energy;
+  orbit.symmetries = trivial.symmetries;
   constexpr double coarser = 10.0;  // the error of this run is all but the difference
   const Shot again = equations.of->shot(orbit.x, orbit.period, orbit.parameter, coarser);
   const Eigen::MatrixXd B = without_trivial(orbit.monodromy, equations.scale, trivial.taken);

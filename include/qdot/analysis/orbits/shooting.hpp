@@ -4,7 +4,7 @@
 // What a search for periodic orbits asks of a system, whatever T, V, effects and events are behind it:
 //
 //     (x, T, p) ↦ φ_T(x) ,  ∂φ_T/∂x ,  ∂φ_T/∂p ,  ẋ at the end       one run with its derivatives
-//     (x, p)    ↦ ẋ ,  h ,  x put onto the constraints                no run
+//     (x, p)    ↦ ẋ ,  h ,  ∂L/∂q̇ ,  x put onto the constraints       no run
 //
 // x = [q; q̇], h is Jacobi's energy function. Phases of contacts and friction follow from x at the start. Behind this interface the search is compiled once,
 // with matrices of run-time size.
@@ -49,6 +49,7 @@ class Shooting {
   virtual Shot shot(const Eigen::VectorXd& x, double period, double p, double coarser) const = 0;
   virtual Eigen::VectorXd rate(const Eigen::VectorXd& x, double p, double later = 0.0) const = 0;
   virtual double energy(const Eigen::VectorXd& x, double p, double later = 0.0) const = 0;
+  virtual Eigen::VectorXd momenta(const Eigen::VectorXd& x, double p, double later = 0.0) const = 0;
   virtual Eigen::VectorXd settled(const Eigen::VectorXd& x, double p) const = 0;
 };
 
@@ -135,6 +136,9 @@ class ShootingOf final : public Shooting {
   }
   double energy(const Eigen::VectorXd& x, double p, double later) const override {
     return jacobi_energy(member(p).system.system(), state(x, later));
+  }
+  Eigen::VectorXd momenta(const Eigen::VectorXd& x, double p, double later) const override {
+    return conjugate_momenta(member(p).system.system(), state(x, later));
   }
   Eigen::VectorXd settled(const Eigen::VectorXd& x, double p) const override {
     const auto one = member(p);

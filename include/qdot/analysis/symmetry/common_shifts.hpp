@@ -11,12 +11,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/LU>
 
+#include "qdot/analysis/linear/echelon.hpp"
 #include "qdot/analysis/symmetry/vanishing.hpp"
 
 namespace qdot::detail {
@@ -52,18 +52,7 @@ MatrixXd common_shifts(const formula::Graph& graph, const std::vector<std::vecto
   factors.compute(slopes);
   if (factors.dimensionOfKernel() == 0) return MatrixXd(0, n);
   MatrixXd d = factors.kernel().transpose();
-  Eigen::Index done = 0;
-  for (Eigen::Index column = 0; column < n && done < d.rows(); ++column) {
-    Eigen::Index best = done;
-    for (Eigen::Index i = done; i < d.rows(); ++i)
-      if (std::abs(d(i, column)) > std::abs(d(best, column))) best = i;
-    if (std::abs(d(best, column)) < 1e-9) continue;
-    for (Eigen::Index j = 0; j < n; ++j) std::swap(d(best, j), d(done, j));
-    d.row(done) /= double(d(done, column));
-    for (Eigen::Index i = 0; i < d.rows(); ++i)
-      if (i != done) d.row(i) -= double(d(i, column)) * d.row(done).eval();
-    ++done;
-  }
+  reduce_rows(d, 1e-9);
   for (Eigen::Index i = 0; i < d.size(); ++i) {
     const double twelfths = std::round(12.0 * d.data()[i]) / 12.0;
     if (std::abs(d.data()[i] - twelfths) < 1e-8) d.data()[i] = twelfths;
