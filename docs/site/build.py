@@ -26,7 +26,7 @@ import links  # noqa: E402
 
 ROOT = headers.ROOT
 SITE = ROOT / "docs" / "site"
-ROOMS = {"Tutorials": "tutorials", "How-to": "guide", "Reference": "reference", "Explanation": "explanation", "Measurements": "laboratory"}
+ROOMS = {"Tutorials": "tutorials", "How-to": "how-to", "Reference": "reference", "Explanation": "explanation", "Measurements": "lab"}
 
 
 def rooms():
@@ -35,7 +35,10 @@ def rooms():
     found = {}
     for heading, body in re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", text, re.S | re.M):
         lead = body.partition("\n- ")[0].strip()
-        found[heading] = (lead, re.findall(r"^- \[[^\]]*\]\(([\w/-]+)\.md\)", body, re.M))
+        names = re.findall(r"^- \[[^\]]*\]\(([\w/-]+)\.md\)", body, re.M)
+        found[heading] = (lead, names)
+        if strangers := [name for name in names if not name.startswith(f"{ROOMS.get(heading)}/")]:
+            sys.exit(f"docs/README.md has {', '.join(strangers)} under {heading}")
     if list(found) != list(ROOMS):
         sys.exit(f"docs/README.md has the rooms {', '.join(found)}; the site has {', '.join(ROOMS)}")
     return found
@@ -52,7 +55,7 @@ class Pages:
         (folder / "pictures").mkdir()
         self.user_headers = {path for path, _ in headers.user_headers()}
         self.rooms = rooms()
-        self.room_of = {name: ROOMS[heading] for heading, (_, names) in self.rooms.items() for name in names}
+        self.named = {name for _, names in self.rooms.values() for name in names}
         self.scenes = set()  # that have a page in the gallery
 
     def write(self, path, text):
@@ -68,9 +71,9 @@ class Pages:
         if relative in ("README.md", "docs/README.md"):
             return "index.md" if relative.startswith("docs/") else "readme.md"
         if match := re.fullmatch(r"docs/([\w/-]+)\.md", relative):
-            if match[1] not in self.room_of:
-                sys.exit(f"docs/README.md gives no room to {relative}")
-            return f"{self.room_of[match[1]]}/{match[1].rpartition('/')[2]}.md"
+            if match[1] not in self.named:
+                sys.exit(f"docs/README.md does not name {relative}")
+            return match[1] + ".md"
         if (match := re.fullmatch(r"src/scenes/(\w+)\.hpp", relative)) and match[1] in self.scenes:
             return f"gallery/{match[1]}.md"
         if match := re.fullmatch(r"include/qdot/(.*)\.hpp", relative):

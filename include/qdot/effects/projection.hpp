@@ -18,7 +18,7 @@
 //
 // Projecting that away puts noise into each step, most of it where there is least inertia. No harm is done where a coordinate
 // moves by about its own rounding. But an elastic deflection of 1e-6 m beside a slider at 0.5 m moves by 10⁴ of its roundings,
-// and rings: on the flexible slider crank (docs/hard-cases.md) that cost two to three digits. So two conditions are tested:
+// and rings: on the flexible slider crank (docs/lab/hard-cases.md) that cost two to three digits. So two conditions are tested:
 // rounding explains the residual, |φᵢ| ≤ 64 ρᵢ, and a residual of ρ would move some coordinate by more than 1000 ε|qⱼ|. Where
 // both hold, the residual is removed by the shortest way in the metric Σ (δqⱼ/qⱼ)².
 //

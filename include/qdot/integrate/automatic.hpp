@@ -26,7 +26,7 @@
 // What swings undamped is no stiffness, even at rest. BDF of order 3 and more lets it grow when h |λ| is about 1 to 10, and then has to follow it. That
 // is less accurate, and costs more than the explicit methods at their limit. An example is a pendulum on an undamped spring of 1e6 N/m in Cartesian
 // coordinates, for 10 s at 1e-6. Taylor takes 1.7 ms with an error of 8e-6, BDF 36 ms with 4e-4. (In r and θ CvodeBdf is cheaper, and less accurate:
-// docs/steppers.md.)
+// docs/lab/steppers.md.)
 //
 // Back. A stiff method covers some time per evaluation, Jacobians counted as size() of them; Dop853 at its limit, 4.8/ρ for twelve. It loses digits
 // with each of its steps, and a step costs more than its evaluations. So when it gains less than a factor of 6, the first method takes over again. To

@@ -22,7 +22,7 @@
 // system is stiff. Between steps the interpolant counts. The runs are compared at the output times; where none are given and the
 // trajectory is kept, at 64 equal parts of the time; else at the end.
 //
-// Cost: mostly two to three times that of the one run that knew the right tolerance (docs/accuracy.md).
+// Cost: mostly two to three times that of the one run that knew the right tolerance (docs/lab/accuracy.md).
 
 #include <Eigen/Core>
 #include <algorithm>
