@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 #
-# README, the tutorials and the pages below show only code that is compiled and output that was produced: each of their C++ blocks stands in an example, word for
-# word but for the indentation, and each plain block of output in what an example prints.
+# README, tutorials, how-to, explanation and reference show only code that is compiled and output that was produced: each of their C++ blocks stands in an example, word for
+# word but for the indentation, and each plain block in what an example prints. README and tutorials have at least one.
+cmake_policy(SET CMP0057 NEW) # IN_LIST
 file(GLOB programs ${SOURCE_DIR}/examples/*.cpp ${SOURCE_DIR}/examples/scenes/*.cpp)
 file(GLOB outputs ${SOURCE_DIR}/examples/*.txt ${SOURCE_DIR}/examples/scenes/*.txt)
 set(code "")
@@ -16,7 +17,13 @@ string(REPLACE "[" "<open>" code "${code}")
 string(REPLACE "]" "<close>" code "${code}")
 string(REGEX REPLACE "\n +" "\n" code "${code}")
 file(GLOB tutorials RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/docs/tutorials/*.md)
-foreach(page IN ITEMS README.md docs/how-to/own_scenes.md docs/how-to/runs.md docs/how-to/ways.md docs/how-to/many.md docs/how-to/contacts.md docs/how-to/variable_mass.md docs/how-to/extend.md docs/how-to/forces.md docs/how-to/constraints.md docs/how-to/long_runs.md LISTS tutorials)
+file(GLOB others RELATIVE ${SOURCE_DIR} ${SOURCE_DIR}/docs/how-to/*.md ${SOURCE_DIR}/docs/explanation/*.md ${SOURCE_DIR}/docs/reference/*.md)
+list(LENGTH others count)
+if(count LESS 40)
+  message(FATAL_ERROR "Only ${count} pages of how-to, explanation and reference: where are the others?")
+endif()
+set(all 0)
+foreach(page IN ITEMS README.md LISTS tutorials others)
   file(READ ${SOURCE_DIR}/${page} readme)
   string(REPLACE ";" "<semicolon>" readme "${readme}")
   string(REPLACE "[" "<open>" readme "${readme}")
@@ -40,8 +47,9 @@ foreach(page IN ITEMS README.md docs/how-to/own_scenes.md docs/how-to/runs.md do
       set(block TRUE)
     endif()
   endforeach()
-  if(checked EQUAL 0)
+  if(checked EQUAL 0 AND NOT page IN_LIST others)
     message(FATAL_ERROR "${page} shows no code at all")
   endif()
-  message(STATUS "${checked} blocks of ${page} stand in the examples")
+  math(EXPR all "${all} + ${checked}")
 endforeach()
+message(STATUS "${all} blocks of README and pages stand in the examples")

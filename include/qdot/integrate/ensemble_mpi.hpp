@@ -19,7 +19,7 @@
 //
 // With MPI_THREAD_FUNNELED or more, motions of rank 0 go in a thread beside the one that answers, which takes up to some hundredths of its time. With
 // MPI_THREAD_SINGLE it answers between two of its motions, and a single one that takes longer than the chunks of others makes them wait. Two
-// ranks took 0.97 to 1.06 times as long as two threads (docs/how-to/many.md).
+// ranks took 0.97 to 1.06 times as long as two threads (docs/lab/many.md).
 //
 // What a motion throws is kept by its number as an Error with its message, on whatever rank. When a rank dies (a signal, a machine that is
 // gone), MPI ends all of them, and the results so far are lost. `qdot sweep --resume` is for motions that have to survive that. A rank
