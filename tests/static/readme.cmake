@@ -4,6 +4,9 @@
 # word but for the indentation, and each plain block in what an example prints. README and tutorials have at least one.
 cmake_policy(SET CMP0057 NEW) # IN_LIST
 file(GLOB programs ${SOURCE_DIR}/examples/*.cpp ${SOURCE_DIR}/examples/scenes/*.cpp)
+# Tests that pages of how-to name where no example has the call.
+list(APPEND programs ${SOURCE_DIR}/tests/integrate/event_clocks.test.cpp ${SOURCE_DIR}/tests/analysis/adjoint.test.cpp
+  ${SOURCE_DIR}/tests/analysis/second_sensitivity.test.cpp)
 file(GLOB outputs ${SOURCE_DIR}/examples/*.txt ${SOURCE_DIR}/examples/scenes/*.txt)
 set(code "")
 foreach(file IN LISTS programs outputs)
