@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 #
 # qdot_add_fmu(NAME FILE [SET NAME=NUMBER…] [WITH EFFECT[=NUMBER]…]): the scene in FILE (scenes/own_scene.hpp) as NAME.fmu in the current binary
-# directory, for whatever imports FMI 3.0 (docs/fmi.md).
+# directory, for whatever imports FMI 3.0 (docs/how-to/fmu.md).
 #
 #     qdot_add_fmu(swing swing.cpp)
 #     qdot_add_fmu(long_chain chain.cpp SET n=20 WITH motor)

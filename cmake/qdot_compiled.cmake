@@ -6,7 +6,7 @@
 #
 # What of qdot depends on no user's type is compiled once then, and not again with each source that includes qdot. It is compiled in the project that asks
 # for it, with its compiler and options (an archive made elsewhere would have other ideas of how vectors are aligned), and only where a target links it.
-# qdot::compiled_analysis, which brings qdot::compiled along, does the same for qdot/analysis, in a minute or two (docs/speed.md).
+# qdot::compiled_analysis, which brings qdot::compiled along, does the same for qdot/analysis, in a minute or two (docs/lab/speed.md).
 # Used in qdot's own build and, installed, by find_package(qdot). Who includes this sets the global property qdot_program_folder.
 function(qdot_add_compiled)
   if(TARGET qdot_compiled)

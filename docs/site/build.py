@@ -26,16 +26,24 @@ import links  # noqa: E402
 
 ROOT = headers.ROOT
 SITE = ROOT / "docs" / "site"
-ROOMS = {"Tutorials": "tutorials", "How-to": "guide", "Reference": "reference", "Explanation": "explanation", "Measurements": "laboratory"}
+ROOMS = {"Tutorials": "tutorials", "How-to": "how-to", "Reference": "reference", "Explanation": "explanation", "Measurements": "lab"}
 
 
 def rooms():
-    """The rooms of docs/README.md: heading → (what is said first, [(page, relative to docs/, without .md)])."""
+    """The rooms of docs/README.md: heading → (what is said first, [(group, [(page, relative to docs/, without .md; what is said of it)])])."""
     text = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
     found = {}
     for heading, body in re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", text, re.S | re.M):
-        lead = body.partition("\n- ")[0].strip()
-        found[heading] = (lead, re.findall(r"^- \[[^\]]*\]\(([\w/-]+)\.md\)", body, re.M))
+        lead = re.split(r"^(?:- |### )", body, maxsplit=1, flags=re.M)[0].strip()
+        groups = []
+        for part in re.split(r"^(?=### )", body, flags=re.M):
+            title = re.match(r"### ([^\n]*)", part)
+            pages = re.findall(r"^- \[[^\]]*\]\(([\w/-]+)\.md\)(?:: )?([^\n]*)", part, re.M)
+            if pages:
+                groups.append((title[1] if title else "", pages))
+        found[heading] = (lead, groups)
+        if strangers := [name for _, pages in groups for name, _ in pages if not name.startswith(f"{ROOMS.get(heading)}/")]:
+            sys.exit(f"docs/README.md has {', '.join(strangers)} under {heading}")
     if list(found) != list(ROOMS):
         sys.exit(f"docs/README.md has the rooms {', '.join(found)}; the site has {', '.join(ROOMS)}")
     return found
@@ -52,7 +60,7 @@ class Pages:
         (folder / "pictures").mkdir()
         self.user_headers = {path for path, _ in headers.user_headers()}
         self.rooms = rooms()
-        self.room_of = {name: ROOMS[heading] for heading, (_, names) in self.rooms.items() for name in names}
+        self.named = {name for _, groups in self.rooms.values() for _, named in groups for name, _ in named}
         self.scenes = set()  # that have a page in the gallery
 
     def write(self, path, text):
@@ -68,9 +76,9 @@ class Pages:
         if relative in ("README.md", "docs/README.md"):
             return "index.md" if relative.startswith("docs/") else "readme.md"
         if match := re.fullmatch(r"docs/([\w/-]+)\.md", relative):
-            if match[1] not in self.room_of:
-                sys.exit(f"docs/README.md gives no room to {relative}")
-            return f"{self.room_of[match[1]]}/{match[1].rpartition('/')[2]}.md"
+            if match[1] not in self.named:
+                sys.exit(f"docs/README.md does not name {relative}")
+            return match[1] + ".md"
         if (match := re.fullmatch(r"src/scenes/(\w+)\.hpp", relative)) and match[1] in self.scenes:
             return f"gallery/{match[1]}.md"
         if match := re.fullmatch(r"include/qdot/(.*)\.hpp", relative):
@@ -205,16 +213,22 @@ def add_docs(pages):
         if source != ROOT / "docs" / "README.md":
             pages.add(source, pages.page_of(source))
     hidden = []
-    for heading, (lead, names) in pages.rooms.items():
+    for heading, (lead, groups) in pages.rooms.items():
         folder = ROOMS[heading]
-        pages.write(f"{folder}/index.md", f"# {heading}\n\n{lead}\n\n" + toctree([name.rpartition("/")[2] for name in names]))
+        parts = [f"# {heading}\n", lead + "\n" if lead else ""]
+        for title, named in groups:
+            parts.append(f"## {title}\n" if title else "")
+            parts.append(toctree([name.rpartition("/")[2] for name, _ in named]))
+        pages.write(f"{folder}/index.md", "\n".join(parts))
         hidden.append(f"{folder}/index")
         if heading == "Tutorials":
-            hidden += ["gallery/index", "examples/index"]
+            hidden += ["examples/index"]
+        if heading == "Reference":
+            hidden += ["api/index", "gallery/index"]
     index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
     pages.add(ROOT / "docs" / "README.md", "index.md", re.sub(r"^# .*", "# qdot", index, count=1)
               + "\nThe {doc}`gallery <gallery/index>` shows the scenes of the program, each with its animation, its equations and the command that made it.\n\n"
-              + toctree(["readme", *hidden, "api/index", "files/index", "contributing", "changelog"], hidden=True))
+              + toctree(["readme", *hidden, "files/index", "contributing", "changelog"], hidden=True))
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
         pages.add(ROOT / name, name.lower())
     for name in ("conf.py", "mathml.py"):

@@ -30,6 +30,7 @@ html_copy_source = False
 html_show_sourcelink = False
 html_show_sphinx = False
 html_last_updated_fmt = None
+highlight_language = "text"  # of blocks without a language: outputs and formulas
 pygments_style = "friendly"
 pygments_dark_style = "github-dark"
 html_theme_options = {"navigation_with_keys": True}

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The moving picture of README, docs/double_pendulum.svg: what the program draws, with its rods, bobs and a cursor set in motion.
+"""The moving picture of README, docs/pictures/double_pendulum.svg: what the program draws, with its rods, bobs and a cursor set in motion.
 
     docs/site/moving.py PROGRAM
 """
@@ -13,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 
-PICTURE = pathlib.Path(__file__).resolve().parents[1] / "double_pendulum.svg"
+PICTURE = pathlib.Path(__file__).resolve().parents[1] / "pictures" / "double_pendulum.svg"
 SECONDS, FRAMES = 8.0, 20  # of the motion; in a second
 
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // qdot bench hard: the published hard cases (src/hard/), what each method reaches of the digits that the references are good
-// for, as a table, as JSON, and as the page docs/hard-cases.md.
+// for, as a table, as JSON, and as the page docs/lab/hard-cases.md.
 #include <cstdarg>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -76,7 +76,7 @@ std::string page(const Results& results) {
   std::string out =
       "# Hard cases\n\n"
       "Published problems on which solvers lose digits, each written as any user writes it (`src/hard/`), against references that "
-      "are better than double precision. Written by `./run bench hard --page docs/hard-cases.md`; the times are those of one "
+      "are better than double precision. Written by `./run bench hard --page docs/lab/hard-cases.md`; the times are those of one "
       "machine, and so is the last digit of what goes to rounding: a compiler or a tolerance that is another by a hundredth rounds "
       "otherwise, and Pleiades by dop853, for one, then reaches 11.9 to 13.6 digits, 12.6 on the average of twenty runs.\n\n"
       "- **reached**: −log₁₀ of the largest error at the end, each entry beside its scale (the largest reference value among the "

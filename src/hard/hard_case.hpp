@@ -16,7 +16,7 @@
 //
 // A row claims to come within one digit of what is good. A method that cannot is shown all the same where people would take it for the
 // problem; its row says what stops it (`limit`) and claims nothing. Nothing here knows of `qdot bench hard` (src/bench/hard.cpp), which prints
-// the rows and writes docs/hard-cases.md.
+// the rows and writes docs/lab/hard-cases.md.
 
 #include <optional>
 #include <string>

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""The lines of docs/functions.md, and the members that are named of what comes back.
+"""The lines of docs/reference/functions.md, and the members that are named of what comes back.
 
     lines.py                      each member is declared in a header that its row names, or in one that this header brings along
     lines.py COMPILER OPTIONS…    all lines compile, and what they give has the members that are named first in their rows
@@ -17,7 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "docs" / "site"))
 import headers  # noqa: E402
 
-PAGE = ROOT / "docs" / "functions.md"
+PAGE = ROOT / "docs" / "reference" / "functions.md"
 MEMBER = re.compile(r"`\.(\w+)(\([^`]*\))?`")
 # Bases and members of the results, of headers that those of the row bring along.
 COMMON = ["integrate/run.hpp", "integrate/ensemble.hpp", "mechanics/system.hpp", "analysis/fit/best_parameters.hpp"]
@@ -28,7 +28,7 @@ def rows():
     for number, line in enumerate(PAGE.read_text(encoding="utf-8").split("\n"), 1):
         cells = [cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", line)[1:-1]]
         if len(cells) == 4 and re.fullmatch(r"`\w+ = .*`", cells[1]):
-            yield number, cells[1].strip("`"), cells[2], re.findall(r"\(\.\./include/qdot/([\w/]+\.hpp)", cells[3])
+            yield number, cells[1].strip("`"), cells[2], re.findall(r"\(\.\./\.\./include/qdot/([\w/]+\.hpp)", cells[3])
 
 
 def members_of_headers():
@@ -47,7 +47,7 @@ def undeclared():
         named = everywhere.union(*(known[path] for path in paths))
         for match in MEMBER.finditer(back):
             if match[1] not in named:
-                yield f"docs/functions.md:{number}: no header of the row declares {match[1]}"
+                yield f"docs/reference/functions.md:{number}: no header of the row declares {match[1]}"
 
 
 # What comes back is asked for the members that are named before the first word, which may be about something else.
@@ -60,7 +60,7 @@ def statements():
             call = match[2] or ""
             if not re.search(r"\((?:t|k|t, y|saved|f|x)\)", call):
                 asked.append(f"static_cast<void>({name}.{match[1]}{call});")
-        yield number, f"  {{\n#line {number} \"docs/functions.md\"\n    auto {code};\n    static_cast<void>({name});\n    {' '.join(asked)}\n  }}\n"
+        yield number, f"  {{\n#line {number} \"docs/reference/functions.md\"\n    auto {code};\n    static_cast<void>({name});\n    {' '.join(asked)}\n  }}\n"
 
 
 def program():
@@ -72,7 +72,7 @@ def program():
 def main():
     count = sum(1 for _ in rows())
     if count < 60:
-        sys.exit(f"docs/functions.md has {count} lines that are found; it had 66")
+        sys.exit(f"docs/reference/functions.md has {count} lines that are found; it had 66")
     if len(sys.argv) == 1:
         wrong = list(undeclared())
         if wrong:

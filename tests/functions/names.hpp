@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// What the lines of docs/functions.md speak of.
+// What the lines of docs/reference/functions.md speak of.
 #pragma once
 #include <cmath>
 #include <cstddef>

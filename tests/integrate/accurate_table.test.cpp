@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 //
-// The table of docs/accuracy.md: QDOT_ACCURACY_TABLE=docs/accuracy.md TEST_PROGRAM "[table]"
+// The table of docs/lab/accuracy.md: QDOT_ACCURACY_TABLE=docs/lab/accuracy.md TEST_PROGRAM "[table]"
 #include <algorithm>
 #include <cmath>
 #include <cstdio>

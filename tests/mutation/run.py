@@ -10,7 +10,7 @@ The mutants of a test file are written into a scratch copy of the headers, each 
 
 which a test program reads from the environment (QDOT_MUTANT=17). So a test file is compiled once for all its mutants (no
 sanitizer; -O0, and -O2 for those of OPTIMIZED), and run once for each, after it has passed with none of them. A mutant is killed
-when the tests fail, crash or take far longer. The table goes to docs/mutation.md with --table. Needs g++ (or CXX), Eigen, Catch2 2
+when the tests fail, crash or take far longer. The table goes to docs/lab/mutation.md with --table. Needs g++ (or CXX), Eigen, Catch2 2
 and SUNDIALS where Debian has them.
 """
 

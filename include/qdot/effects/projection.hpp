@@ -10,7 +10,7 @@
 //
 // Rounding is not drift: φᵢ of a state that is right to its last digit is of the size ρᵢ = ε Σⱼ |Jᵢⱼ| |qⱼ|. To project that away puts
 // noise into each step, most where there is least inertia: an elastic deflection of 1e-6 m beside a slider at 0.5 m rings. That cost two
-// to three digits on the flexible slider crank (docs/hard-cases.md). So where |φᵢ| ≤ 64 ρᵢ, and ρ would move some coordinate by more
+// to three digits on the flexible slider crank (docs/lab/hard-cases.md). So where |φᵢ| ≤ 64 ρᵢ, and ρ would move some coordinate by more
 // than 1000 ε|qⱼ|, the residual is removed by the shortest way in the metric Σ (δqⱼ/qⱼ)².
 //
 // M and J are factored where Newton's method begins, and again where it has moved further than 1e-8 of the coordinates from there. The

@@ -13,7 +13,7 @@
 // in any case, so that its answer to them is the next chunk.
 //
 // With MPI_THREAD_FUNNELED or more a thread of rank 0 answers beside its motions; with MPI_THREAD_SINGLE it answers between two
-// of them. Two ranks took 0.97 to 1.06 times as long as two threads (docs/many.md). When a rank dies, MPI ends all and the
+// of them. Two ranks took 0.97 to 1.06 times as long as two threads (docs/lab/many.md). When a rank dies, MPI ends all and the
 // results are lost (`qdot sweep --resume` survives that). A rank that does not call, or has thrown before, is waited for.
 
 #include <algorithm>

@@ -14,7 +14,7 @@
 //     Outcome::accuracy_not_reached    double has too few digits, or the options' limits forbid it: the most accurate run,
 //
 // or the run ends as any run may end. The interpolant counts between steps. Without output times the runs are compared at 64 equal
-// parts of the time if the trajectory is kept, else at the end. Cost: mostly two to three times that of one run (docs/accuracy.md).
+// parts of the time if the trajectory is kept, else at the end. Cost: mostly two to three times that of one run (docs/lab/accuracy.md).
 
 #include <Eigen/Core>
 #include <algorithm>

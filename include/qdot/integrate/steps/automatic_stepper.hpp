@@ -76,7 +76,7 @@ class BasicAutomaticStepper {
   static constexpr Eigen::Index many_check = 100;   // steps between two looks of many components, which cost twenty evaluations
   static constexpr int stiff_check = 50;            // steps between two looks at whether the stiff method still pays
   // Undamped swings are not stiff, even at rest: BDF of order 3 and more lets them grow when h |λ| is 1 to 10. A pendulum on an undamped spring
-  // of 1e6 N/m in Cartesian coordinates, 10 s at 1e-6: Taylor 1.7 ms with an error of 8e-6, BDF 36 ms with 4e-4 (docs/steppers.md).
+  // of 1e6 N/m in Cartesian coordinates, 10 s at 1e-6: Taylor 1.7 ms with an error of 8e-6, BDF 36 ms with 4e-4 (docs/lab/steppers.md).
   static constexpr double least_damping = 0.1;      // −Re λ/|λ| of what is stiff and does not swing
   static constexpr double least_gain = 6.0;         // time per evaluation beside Dop853's, for which the stiff method is kept
   static constexpr double clear_gain = 60.0;        // that makes up for a change of mind

@@ -14,7 +14,7 @@
 // Looks are at the start, after steps 1, 3, 7, 15, 31, 63, then every 61st, at stop times, at the end, and where the step has become
 // eight times shorter. 61 is a prime: what alternates with a short period must not look the same at all looks. More than eleven
 // coordinates are looked at every n²/64 to n²/8 steps; a nearly singular M, below 1e-6, at every step.
-// Looks cost about one percent with Dopri5 and BDF, half a percent with Dop853 and Taylor (double pendulum; docs/outcomes.md).
+// Looks cost about one percent with Dopri5 and BDF, half a percent with Dop853 and Taylor (double pendulum; docs/reference/outcomes.md).
 
 #include <Eigen/Core>
 #include <algorithm>

@@ -13,7 +13,7 @@
 //
 // is no error of integration. And the drift of a whole run must not exceed a quarter of the largest T, whatever the tolerances allow.
 // Otherwise the computed motion is not the system's, and the run ends as energy_drift. (V has an arbitrary constant, T has none.) The
-// margin is wide: correct runs came to 0.6 at most, and wrong models exceed 10³ by decades at usual tolerances (docs/outcomes.md).
+// margin is wide: correct runs came to 0.6 at most, and wrong models exceed 10³ by decades at usual tolerances (docs/reference/outcomes.md).
 // Methods with a step of fixed length are not judged. Forces of effects do work: energy_balance.hpp is for them.
 
 #include <Eigen/Core>
