@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""No function is longer than 60 lines, from the first line of its signature to its closing brace; tables, scripts and dispatchers are named here."""
+"""No function is longer than 60 lines, from the first line of its signature to its closing brace; tables, scripts and dispatchers are named here. No header's essay,
+the comment at its head, is longer than 15."""
 import pathlib
 import re
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LONGEST = 60
+LONGEST_ESSAY = 15
 EXCEPTED = {
     "include/qdot/ad/formula/lines.hpp": "one label for each operation, in each of two loops",
     "include/qdot/report/html_player.hpp": "a script as one string",
@@ -50,11 +52,28 @@ def long_functions(path):
                     yield row - first + 1, first + 1, head.strip()
 
 
+def essay(path):
+    """The number of lines of the first comment behind the licence."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    first = 0
+    while first < len(lines) and (not lines[first].strip() or lines[first].startswith(("#", "// SPDX"))):
+        first += 1
+    last = first
+    while last < len(lines) and lines[last].startswith("//"):
+        last += 1
+    while first < last and lines[first] == "//":
+        first += 1
+    return last - first
+
+
 trouble, count = False, 0
 for folder in ("include", "src"):
     for path in sorted(p for ending in ("hpp", "ipp", "cpp") for p in (ROOT / folder).rglob(f"*.{ending}")):
         name = str(path.relative_to(ROOT))
         count += 1
+        if folder == "include" and essay(path) > LONGEST_ESSAY:
+            print(f"{name}: an essay of {essay(path)} lines, more than {LONGEST_ESSAY}; say what it does, the formula, and why this way")
+            trouble = True
         found = list(long_functions(path))
         if name in EXCEPTED:
             if not found:

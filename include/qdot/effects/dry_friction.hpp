@@ -3,20 +3,16 @@
 //
 // Dry friction that really sticks.
 //
-// Coulomb's law knows the force of friction only while something slides. At rest it is whatever force keeps the
-// rest, up to a limit:
+// Coulomb's law gives the force of friction only while something slides. At rest it is whatever force keeps the rest, up to a limit:
 //
 //     slides (s = ±1)    Q = −s F_k ∂v/∂q̇           F_k the sliding friction, v the sliding velocity, s its sign
 //     sticks (s = 0)     v = 0, a constraint        |λ| ≤ F_s, the limit of sticking, F_s ≥ F_k
 //
-// Each phase is smooth. What changes the phase is an event: sliding ends when v passes through zero, sticking when |λ|
-// reaches F_s; then the sliding goes against λ. If v passes through zero but F_s could not hold the
-// system, it slides on to the other side in the same moment.
+// Each phase is smooth, and ends with an event: sliding where v passes through zero, sticking where |λ| reaches F_s. Then the sliding goes
+// against λ. Where v passes through zero and F_s could not hold the system, it slides on to the other side in the same moment.
 //
-// A velocity of two or three components has friction in a plane (plane_friction.hpp): one bound for all directions.
-//
-// The friction forces are given, as numbers or functions of the state (μ m g cos α on an incline). Since they are bounded,
-// friction has no part in an impact.
+// A velocity of two or three components has friction in a plane (plane_friction.hpp): one bound for all directions. Friction forces are
+// numbers or functions of the state (μ m g cos α on an incline). Since they are bounded, friction has no part in an impact.
 
 #include <cmath>
 #include <concepts>

@@ -12,11 +12,8 @@
 //
 //     u = v + w ,   s = ± u/|u| ,   with the sign of u·r + k|u|² ,        guard  u·r − k|u|²/10
 //
-// At an onset s is r, which phase_choice.hpp finds: the acceleration must point along it. Beyond a stop u changes sign and s does not, so that a step
-// across the stop sees a smooth force, and the guard falls through zero. It also does where v has turned by some 85°; then r follows v, and k is 1/|v|.
-//
-// Where F_s = F_k and the force grows, sliding begins without an acceleration: v grows as τ². As long as it is slow, s turns at the rate F_k/(m|v|), and an
-// explicit method knows v to its tolerance only. This is a phase of its own, which ends at a speed of 10⁴ δ: there s = u/|u|, and no stop is looked for.
+// At an onset s is r, along which the acceleration must point. Beyond a stop u changes sign and s does not, so that a step across the stop sees a smooth
+// force, and the guard falls through zero. It also does where v has turned by some 85°; then r follows v, and k is 1/|v|.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -77,6 +74,9 @@ struct PlaneFriction {
   }
 
   /// What stays ≥ 0 while it slides with these states z.
+  ///
+  /// Where F_s = F_k and the force grows, sliding begins without an acceleration: v grows as τ², and s turns at the rate F_k/(m|v|). An explicit method
+  /// knows v there to its tolerance only. So this is a phase of its own, until |v| is 10⁴ δ: with s = u/|u|, and without a look for stops.
   template <int n>
   double guard(const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const double* z) const {
     constexpr double fastest = 1e4, narrow = 0.1;  // of what begins, in units of w; of the cone about r, at the speed 1/k

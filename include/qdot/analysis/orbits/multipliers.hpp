@@ -11,11 +11,8 @@
 //     ⎣ 0  0     1 ⎦
 //
 // Where integrals are in involution, as total momenta are, a has all z. Where they are not, as the components of an angular momentum L ≠ 0, some z changes
-// another integral; it is no part of a, and its multiplier 1 is that of b.
-//
-// On constraints M is that of the tangent space: what they forbid is taken out as well.
-//
-// All in units of the extents of the orbit, so that metres and radians do not decide what is normal.
+// another integral; it is no part of a, and its multiplier 1 is that of b. On constraints M is that of the tangent space: what they forbid is taken out,
+// too. All in units of the extents of the orbit, so that metres and radians do not decide what is normal.
 
 #include <algorithm>
 #include <cmath>

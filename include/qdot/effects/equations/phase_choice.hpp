@@ -10,13 +10,6 @@
 //     contact      opens where w > 0; is closed where λ > 0, or where it was closed and is not asked to open
 //     friction     slides where w ≠ 0, in that direction; sticks otherwise
 //
-// Friction in a plane (plane_friction.hpp) has bounds that are a circle. It is held first; where it would need more than F_s it slides, with F_k along an s
-// that its acceleration agrees with, v̇ = a s and a > 0. With G the response of its rows and v̇₀ their acceleration without friction that is
-//
-//     (G F_k + a I) s = v̇₀ ,  |s| = 1,
-//
-// which has one a, for G is symmetric and positive; none where F_k could hold it. G takes into account what holds besides.
-//
 // With F_k < F_s that is not all: what slides has F_k, and the rest is judged again. What slid before, or has left its limit of sticking
 // in this moment, goes on to slide as long as w agrees. If no phases agree, no motion is made up: ConstraintError.
 //

@@ -233,6 +233,13 @@ class PhaseChoice {
     return (turned - s).norm() > 1e-12 && slide(1, turned);
   }
 
+  // Friction in a plane has bounds that are a circle. It is held first; where it would need more than F_s it slides with F_k along an s that its
+  // acceleration agrees with, v̇ = a s and a > 0. With G the response of its rows to F_k and v̇₀ their acceleration without friction,
+  //
+  //     (G + a I) s = v̇₀ ,  |s| = 1,
+  //
+  // which has one a, for G is symmetric and positive, and none where F_k could hold it. G takes into account what holds besides.
+
   // How the rows i, i + 1 … answer to a unit of force along each, while what is between its bounds holds.
   Eigen::MatrixXd response_in_plane(Eigen::Index i, Eigen::Index m, const VectorXd& lengths, const BoundedMinimum& p) const {
     std::vector<Eigen::Index> held;
