@@ -16,6 +16,7 @@
 // force, and the guard falls through zero. It also does where v has turned by some 85°; then r follows v, and k is 1/|v|.
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <type_traits>
@@ -75,14 +76,19 @@ struct PlaneFriction {
 
   /// What stays ≥ 0 while it slides with these states z.
   ///
-  /// Where F_s = F_k and the force grows, sliding begins without an acceleration: v grows as τ², and s turns at the rate F_k/(m|v|). An explicit method
-  /// knows v there to its tolerance only. So this is a phase of its own, until |v| is 10⁴ δ: with s = u/|u|, and without a look for stops.
+  /// Behind an onset v grows from 0, and s turns at the rate F_k/(m|v|); an explicit method knows a slow v to its tolerance only. So this is a phase of its
+  /// own, until |v| is 10⁴ δ: with s = u/|u|, and without a look for v = 0.
+  ///
+  /// Noise may keep an explicit method beside v = 0 for ever, so |v| = 30 δ counts as a stop; a guard without that is smooth where v passes through zero.
   template <int n>
-  double guard(const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const double* z) const {
-    constexpr double fastest = 1e4, narrow = 0.1;  // of what begins, in units of w; of the cone about r, at the speed 1/k
+  double guard(const Vector<double, n>& q, const Vector<double, n>& qdot, double t, const double* z, bool is_smooth) const {
+    constexpr double narrow = 0.1;  // of the cone about r, at the speed 1/k
     const Vector<double, m> w = Eigen::Map<const Vector<double, m>>(z + 1), v_now = velocity_constraint<double, n>(q, qdot, t), u = v_now + w;
-    if (z[0] == static_cast<double>(FrictionPhase::begins)) return fastest * w.norm() - v_now.norm();
-    return (u.dot(w) - narrow * z[1 + m] * u.squaredNorm()) / w.norm();
+    const double length = w.norm();
+    if (z[0] == static_cast<double>(FrictionPhase::begins)) return length > 0 ? 1.0 - v_now.norm() / (detail::fastest_onset * length) : 0.0;
+    if (length == 0.0) return 0.0;
+    const double forward = (u.dot(w) - narrow * z[1 + m] * u.squaredNorm()) / length, least = detail::slowest_slide * length;
+    return is_smooth ? forward : std::min(forward, (v_now.squaredNorm() - least * least) / least);
   }
 
   bool is_active(double phase) const { return phase == static_cast<double>(FrictionPhase::sticks); }

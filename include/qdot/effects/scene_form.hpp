@@ -192,10 +192,10 @@ class SceneForm {
   }
 
   /// g ← functions that stay ≥ 0 as long as the phases of y last.
-  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g) const
+  void guards(double t, const Eigen::VectorXd& y, Eigen::Ref<Eigen::VectorXd> g, bool are_smooth = false) const
     requires(Sc::has_phases)
   {
-    detail::write_guards(scene_, t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), g);
+    detail::write_guards(scene_, t, q_of(y.data()), qdot_of(y.data()), z_of(y.data()), g, are_smooth);
   }
 
   /// out ← how large each guard may be and still be zero, given what is zero in each component of y.

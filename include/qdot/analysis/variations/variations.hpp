@@ -197,9 +197,11 @@ class Variations final : public VariationalEquations {
         both.head(size_) = y;
       } else {
         const std::vector<std::string> happened = settle(form(), t, y);
+        const bool moves_on = happened.empty() && y.head(2 * dof_) == both.head(2 * dof_) && y != both.head(size_);
+        if (moves_on) both.head(size_) = y;  // friction in a plane has another reference, and the same motion
         std::string name = happened.empty() ? std::string() : happened.front();
         for (std::size_t k = 0; k < fired.size(); ++k) {
-          if (!fired[k]) continue;
+          if (!fired[k] || moves_on) continue;
           if (count > 1 || name.empty()) name = guard_name(static_cast<Eigen::Index>(k));
           Surface surface = guard_surface(static_cast<Eigen::Index>(k));
           surface.jump = [&, k](double at, Eigen::VectorXd& x, Eigen::Index column, double s) {
@@ -258,7 +260,11 @@ class Variations final : public VariationalEquations {
   Surface guard_surface(Eigen::Index k) const {
     const auto h = [this, k](double t, const Eigen::VectorXd& y, Eigen::Index column, double s) {
       Eigen::VectorXd g = Eigen::VectorXd::Zero(guard_count());
-      if constexpr (switches) model_.with_form(parameter_of(column), s, [&](const Form& form) { form.guards(t, y, g); });
+      const auto write = [&](const auto& form) {
+        if constexpr (requires { form.guards(t, y, g, true); }) form.guards(t, y, g, true);
+        else if constexpr (switches) form.guards(t, y, g);
+      };
+      model_.with_form(parameter_of(column), s, write);
       return g[k];
     };
     return {h, {}};

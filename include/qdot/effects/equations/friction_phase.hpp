@@ -15,10 +15,13 @@ enum class FrictionPhase {
   sticks = 0,     ///< v = 0, kept by a force within its bound
   forward = 1,    ///< v > 0; in a plane, whatever the direction
   undecided = 2,  ///< at the start, until the state has been looked at
-  begins = 3      ///< in a plane, behind an onset without acceleration, while v is slow
+  begins = 3      ///< in a plane, behind an onset, while v is slow
 };
 
 namespace detail {
+
+// Of friction in a plane, in units of w: the speeds where it no longer begins, and where it stops.
+inline constexpr double fastest_onset = 1e4, slowest_slide = 30.0;
 
 // A bound of friction, a number or a functor of the state.
 template <class S, class F, int n>

@@ -65,7 +65,6 @@ class PhaseChoice {
     bool came_back = false;  // from sliding
     Eigen::Index axis = 0, axes = 1;  // of friction in a plane, a row of which this is
     double F_k = 0.0;                 // of friction in a plane
-    bool is_smooth = false;           // whether its onset in a plane begins without an acceleration
     Eigen::Vector3d s = Eigen::Vector3d::Zero();  // its direction of sliding, in the row of its first axis
   };
   static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
@@ -104,7 +103,6 @@ class PhaseChoice {
     c.F_k = scene_.sliding_limit(k, t_, q_, qdot_);
     const bool slid = before_[part.state] == 1.0 || before_[part.state] == PhaseNumber::begins;
     c.direction = one.fired ? one.slips : slid ? 1 : 0;
-    c.is_smooth = !one.fired && before_[part.state] == PhaseNumber::begins;
     c.s = one.along;
     if (c.direction != 0 && !one.fired) {
       const VectorXd u = scene_.velocity(t_, q_, qdot_, scene_.with_all_active(before_));
@@ -222,8 +220,7 @@ class PhaseChoice {
     const VectorXd s = first.s.head(m);
     const Eigen::MatrixXd G = first.F_k * response_in_plane(i, m, lengths, p);
     const VectorXd braking = G * s, free = rate + braking;
-    first.is_smooth = rate.norm() <= negligible_force * braking.norm();
-    if (first.is_smooth) return false;
+    if (rate.norm() <= negligible_force * braking.norm()) return false;  // an onset without acceleration
     if (held_by(G, free)) {
       if (first.came_back) return false;
       first.came_back = true;
@@ -311,9 +308,10 @@ class PhaseChoice {
   }
 
   void refer_to_onset(const Candidate& c, VectorXd& z) const {
-    if (c.is_smooth) z[c.zi] = PhaseNumber::begins;
-    scene_.parts()[at(c.effect)].inverse_speed(z) = 0.0;
-    scene_.parts()[at(c.effect)].reference(z) = (c.is_smooth ? slowness_of_smooth_onset : slowness) * all_[at(c.effect)].still * c.s.head(c.axes);
+    const SwitchingPart& part = scene_.parts()[at(c.effect)];
+    z[c.zi] = PhaseNumber::begins;
+    part.inverse_speed(z) = 0.0;
+    part.reference(z) = slowness_of_onset * all_[at(c.effect)].still * c.s.head(c.axes);
   }
 
   [[noreturn]] void refuse(Eigen::Index i) const {
@@ -325,7 +323,7 @@ class PhaseChoice {
 
   const SwitchingScene& scene_;
   double t_;
-  static constexpr double slowness = 0.01, slowness_of_smooth_onset = 0.5;  // |w|, of what counts as no velocity
+  static constexpr double slowness = 0.01, slowness_of_onset = 0.5;  // |w|, of what counts as no velocity
   static constexpr double beyond_rest = 1e12;  // while phases are chosen: its direction is that of w, whatever is left of v
 
   const VectorXd &q_, &qdot_, &before_;

@@ -17,6 +17,7 @@
 // Those that share a force, as a table's four legs do, have one guard together (shared_forces.hpp).
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <type_traits>
@@ -28,10 +29,23 @@
 
 namespace qdot::detail {
 
-// out ← the guards. A run asks for them at each step: in a scene of fixed size nothing here allocates, unless rows depend on each other.
+// By how much of F_k² the squared force that would hold a friction in a plane exceeds it: below zero what has just begun to slide will stop.
+template <class Sc, class E>
+double excess_in_plane(const Sc& scene, const E& e, double t, const Vector<double, Sc::dof_at_compile_time>& q,
+                       const Vector<double, Sc::dof_at_compile_time>& qdot, const EffectStates<Sc>& z, Eigen::Index zi, Eigen::Index row) {
+  EffectStates<Sc> held = z;
+  held[zi] = PhaseNumber::sticks;
+  const double F_k = e.sliding_limit(q, qdot, t);
+  constexpr int rows = constraint_rows_of<E, Sc::dof_at_compile_time>();
+  const double needed = constrained_acceleration(scene, q, qdot, t, held).lambda.template segment<rows>(row).norm();
+  return F_k > 0 ? needed * needed / (F_k * F_k) - 1.0 : 1.0;
+}
+
+// out ← the guards; are_smooth: for derivatives. A run asks for them at each step: in a scene of fixed size nothing here allocates, unless rows depend on
+// each other.
 template <class Sc>
 void write_guards(const Sc& scene, double t, const Vector<double, Sc::dof_at_compile_time>& q, const Vector<double, Sc::dof_at_compile_time>& qdot,
-                  const EffectStates<Sc>& z, Eigen::Ref<Eigen::VectorXd> out) {
+                  const EffectStates<Sc>& z, Eigen::Ref<Eigen::VectorXd> out, bool are_smooth) {
   using Rows = Vector<double, Sc::constraints_at_compile_time>;
   Rows lambda = zeros<Rows>(Sc::constraints_at_compile_time);
   SharedForces shared;
@@ -53,7 +67,8 @@ void write_guards(const Sc& scene, double t, const Vector<double, Sc::dof_at_com
       const double F_s = e.sticking_limit(q, qdot, t);
       out[k] = F_s * F_s - lambda.template segment<rows>(row).squaredNorm();
     } else if constexpr (states_of<std::remove_cvref_t<decltype(e)>>() > 1) {
-      out[k] = e.guard(q, qdot, t, z.data() + zi);
+      out[k] = e.guard(q, qdot, t, z.data() + zi, are_smooth);
+      if (z[zi] == PhaseNumber::begins) out[k] = std::min(out[k], excess_in_plane(scene, e, t, q, qdot, z, zi, row));
     } else {
       out[k] = z[zi] * e.velocity_constraint(q, qdot, t);
     }

@@ -39,7 +39,9 @@ class Switching {
         out[k] = part.is_active(z) ? force_scale(J, f, part.row) * negligible_force : weighted(J, part.row, tolerance.head(q.size()));
       } else {
         const double F_s = scene_.sticking_limit(k, t, q, qdot);
-        out[k] = part.is_active(z) ? negligible_force * F_s * F_s : weighted(J, part.row, part.rows, tolerance.segment(q.size(), q.size()));
+        out[k] = part.is_active(z)                         ? negligible_force * F_s * F_s
+                 : z[part.state] == PhaseNumber::begins ? negligible_force
+                                                        : weighted(J, part.row, part.rows, tolerance.segment(q.size(), q.size()));
       }
     }
   }
@@ -65,7 +67,7 @@ class Switching {
     };
     each_left_out([&](std::size_t k, Eigen::Index) { fired[k] = true; });  // its gap may be negative
     if (scene_.has_lasting_constraints()) scene_.project(t, q, qdot, nothing(z));
-    look(t, q, qdot, z, fired, tolerance, all);
+    look(t, q, qdot, z, fired, tolerance, all, left_out != nullptr);
     each_left_out([&](std::size_t k, Eigen::Index) { all[k].fired = all[k].touches = false, all[k].still = -1.0; });  // no candidate
     strike(t, q, qdot, all, names);
     come_to_rest(t, q, qdot, z, all);
@@ -90,8 +92,10 @@ class Switching {
   }
 
   // all ← what is known of each effect at a state.
+  //
+  // is_displaced: beside a motion whose derivatives are asked for.
   void look(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const std::vector<bool>& fired, const VectorXd& tolerance,
-            std::vector<Switch>& all) const {
+            std::vector<Switch>& all, bool is_displaced = false) const {
     const Eigen::MatrixXd J = scene_.jacobian(t, q, qdot, everything(z));
     const VectorXd phi = scene_.residual(t, q, everything(z)), u = scene_.velocity(t, q, qdot, everything(z));
     give_way(t, q, qdot, z, fired, all);
@@ -105,7 +109,7 @@ class Switching {
       const double resolved = weighted(J, row, part.rows, tolerance.head(q.size()));
       one.lowest = 100 * resolved;
       if (!one.contact) {
-        if (one.fired && !part.is_active(z) && stops_here(t, q, qdot, z, part, one)) one.still = std::max(one.still, std::abs(one.u));
+        if (one.fired && !part.is_active(z) && stops_here(t, q, qdot, z, part, one, is_displaced)) one.still = std::max(one.still, std::abs(one.u));
         continue;
       }
       const bool active = part.is_active(z);
@@ -186,8 +190,14 @@ class Switching {
   }
 
   // Whether what slid has come to v = 0: not yet past it, or by no more than integration and projection can tell. A v that jumps has not.
-  bool stops_here(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const SwitchingPart& part, const Switch& one) const {
-    if (std::abs(one.u) <= one.still || (!part.is_plane() && one.u * z[part.state] > 0)) return true;
+  bool stops_here(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const SwitchingPart& part, const Switch& one,
+                  bool is_displaced) const {
+    if (std::abs(one.u) <= one.still) return true;
+    if (part.is_plane() && !is_displaced) {  // it may pass by v = 0
+      const double unit = z.segment(part.state + 1, part.rows).norm(), near_edge = 1 + 1e-6;
+      return one.u < (z[part.state] == PhaseNumber::begins ? fastest_onset / near_edge : slowest_slide * near_edge) * unit;
+    }
+    if (!part.is_plane() && one.u * z[part.state] > 0) return true;
     const VectorXd a = scene_.acceleration(t, q, qdot, z);
     return one.u * one.u < 2 * std::abs(part.size_in(VectorXd(scene_.row_accelerations(t, q, qdot, a, everything(z))))) * one.lowest;
   }
