@@ -29,7 +29,7 @@
 
 namespace qdot::detail {
 
-// By how much of F_k² the squared force that would hold a friction in a plane exceeds it: below zero what has just begun to slide will stop.
+// By how much of F_k² the squared force that would hold a friction in a plane exceeds it: below zero what has just begun to slide slows down.
 template <class Sc, class E>
 double excess_in_plane(const Sc& scene, const E& e, double t, const Vector<double, Sc::dof_at_compile_time>& q,
                        const Vector<double, Sc::dof_at_compile_time>& qdot, const EffectStates<Sc>& z, Eigen::Index zi, Eigen::Index row) {

@@ -194,8 +194,8 @@ class Switching {
                   bool is_displaced) const {
     if (std::abs(one.u) <= one.still) return true;
     if (part.is_plane() && !is_displaced) {  // it may pass by v = 0
-      const double unit = z.segment(part.state + 1, part.rows).norm(), near_edge = 1 + 1e-6;
-      return one.u < (z[part.state] == PhaseNumber::begins ? fastest_onset / near_edge : slowest_slide * near_edge) * unit;
+      const double slowest = slowest_slide * z.segment(part.state + 1, part.rows).norm();
+      return z[part.state] != PhaseNumber::begins && one.u <= (1 + negligible_force) * slowest;
     }
     if (!part.is_plane() && one.u * z[part.state] > 0) return true;
     const VectorXd a = scene_.acceleration(t, q, qdot, z);
