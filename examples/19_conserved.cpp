@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 //
 // What a motion keeps, and what that is good for. A spinning top loses two of its three coordinates, and a driven hoop keeps something
-// that is not its energy. Symmetries that no coordinate shows are given to the library.
+// that is not its energy. Symmetries that no coordinate shows are given to the library. Two systems are those of the program, in src/scenes.
 
 #include <cmath>
 #include <cstdio>
