@@ -47,7 +47,7 @@ class SceneModel final : public FormModel<SceneForm<Sc>> {
         if constexpr (requires { E::is_input; }) {
           all.push_back({OwnState::input, qdot::detail::input_name(effect, i)});
         } else if constexpr (SwitchingEffect<E, n>) {
-          all.push_back({OwnState::phase, effect.name});
+          all.push_back({i == 0 ? OwnState::phase : OwnState::held, i == 0 ? effect.name : effect.name + "_" + std::to_string(i)});
         } else {
           all.push_back({OwnState::state, "z" + std::to_string(all.size())});
         }

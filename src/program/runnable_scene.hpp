@@ -70,7 +70,7 @@ struct Reaction {
 
 /// One of the effects' own states, a component of y behind q and q̇.
 struct OwnState {
-  enum Kind { state, input, phase };
+  enum Kind { state, input, phase, held };  // held from one event to the next, as a phase is
   Kind kind = state;
   std::string name;  // of an input; of the contact or friction whose phase it is; "z0", "z1", … of others
 };

@@ -10,6 +10,8 @@
 
 #include "catch2_bridge.hpp"
 #include "qdot/analysis/sensitivity.hpp"
+#include "qdot/analysis/steady_state.hpp"
+#include "qdot/effects/constraints.hpp"
 #include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/scene_at_state.hpp"
 #include "qdot/effects/scene_form.hpp"
@@ -321,4 +323,37 @@ TEST_CASE("bounds of an ellipse are positive, and those of sticking have the sha
   CHECK_THROWS_AS(dry_friction("pad", velocity, Vector2d(2.0, -1.0)), qdot::InvalidValue);
   CHECK_THROWS_AS(dry_friction("pad", velocity, Vector2d(2.0, 1.0), Vector2d(4.0, 3.0)), qdot::InvalidValue);
   CHECK_THROWS_AS(dry_friction("pad", velocity, Vector2d(2.0, 1.0), Vector2d(1.0, 0.5)), qdot::InvalidValue);
+}
+
+TEST_CASE("a puck slides backward in time without end, and does not come back from its rest") {
+  const auto pad = scene(puck, dry_friction("pad", velocity, 2.0));
+  const auto run = simulate(pad, State<2>{2.4, {3.744, 4.992}, {0.12, 0.16}}, 0.0, Dop853{}, fine);
+  INFO(run.message);
+  REQUIRE(run.completed());
+  CHECK((run.state().qdot - Vector2d(3.0, 4.0)).norm() < 1e-8);
+  CHECK(run.state().q.norm() < 1e-8);
+}
+
+TEST_CASE("a puck on a belt, held by a spring, rests beside the spring's own place") {
+  const auto spring = qdot::mechanical_system<2>([](const auto& v) { return 0.5 * v.squaredNorm(); }, [](const auto& q) { return 0.5 * q.squaredNorm(); });
+  const auto found = qdot::equilibrium_near(scene(spring, dry_friction("belt", on_belt, 0.5)), Vector2d(0.0, 0.0));
+  CHECK((found.state.q - Vector2d(0.5, 0.0)).norm() < 1e-12);
+}
+
+TEST_CASE("what else holds a direction does not stop a slide in another, and a rail is refused by name") {
+  const auto keel = scene(puck, dry_friction("keel", 0, 10.0), dry_friction("pad", velocity, 2.0), pull(0.0, 5.0));
+  const auto run = simulate(keel, State<2>{0.0, {0.0, 0.0}, {0.0, 0.0}}, 1.0, Dop853{}, fine);
+  INFO(run.message);
+  REQUIRE(run.completed());
+  CHECK((run.state().q - Vector2d(0.0, 1.5)).norm() < 1e-9);
+  const auto rail = scene(puck, qdot::holonomic("rail", [](const auto& q) { return q[1]; }), dry_friction("pad", velocity, 2.0), pull(1.9, -3.0));
+  CHECK_THROWS_AS(simulate(rail, State<2>{0.0, {0.0, 0.0}, {0.0, 0.0}}, 1.0, Dop853{}), qdot::ConstraintError);
+}
+
+TEST_CASE("friction that begins without a tolerance for velocities has a direction all the same") {
+  const auto pulled = scene(puck, dry_friction("pad", velocity, 2.0), pull(3.0, 0.0));
+  const auto run = simulate(pulled, State<2>{0.0, {0.0, 0.0}, {0.0, 0.0}}, 2.0, Dop853{}, {.rtol = 1e-9, .atol = 0.0});
+  INFO(run.message);
+  REQUIRE(run.completed());
+  CHECK((run.state().q - Vector2d(2.0, 0.0)).norm() < 1e-8);
 }

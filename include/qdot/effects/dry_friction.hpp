@@ -107,7 +107,7 @@ struct DryFriction {
 
 /// Coulomb friction against the sliding velocity v, which sticks.
 ///
-/// Its events: "name sticks", "name slips", and "name turns" where sliding changes direction without a stop.
+/// Its events: "name sticks", "name slips", and, of one number, "name turns" where sliding changes direction without a stop.
 ///
 /// @param v    v(q, qdot) or v(q, qdot, t), linear in qdot, one number or a vector of two or three; or the number of a coordinate
 /// @param F_k  friction force while sliding, ≥ 0: a number, or a function of the state

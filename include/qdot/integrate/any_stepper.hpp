@@ -134,8 +134,8 @@ class AnyStepper {
     void hold_branches([[maybe_unused]] bool wish) override {
       if constexpr (requires { stepper.hold_branches(wish); }) stepper.hold_branches(wish), look();
     }
-    void hold_next_of([[maybe_unused]] double t, [[maybe_unused]] const Eigen::VectorXd& at) override {
-      if constexpr (requires { stepper.hold_next_of(t, at); }) stepper.hold_next_of(t, at);
+    void hold_next_of([[maybe_unused]] double time, [[maybe_unused]] const Eigen::VectorXd& at) override {
+      if constexpr (requires { stepper.hold_next_of(time, at); }) stepper.hold_next_of(time, at);
     }
     PolynomialView polynomial() override { return stepper.polynomial(); }
 

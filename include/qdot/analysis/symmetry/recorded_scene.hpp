@@ -15,6 +15,7 @@
 
 #include "qdot/ad/formula/recording.hpp"
 #include "qdot/effects/effect.hpp"
+#include "qdot/effects/equations/friction_phase.hpp"
 #include "qdot/effects/scene.hpp"
 #include "qdot/error.hpp"
 #include "qdot/integrate/steps/recorded_motion.hpp"
@@ -97,7 +98,7 @@ void record_force(RecordedEffect& act, const RecordedArguments<n>& at, const E& 
       for (const double phase : {1.0, -1.0}) push(Vector<S, 1>(S(phase)));
     } else {
       Vector<S, states> z = zeros<Vector<S, states>>(states);
-      z[0] = S(1.0);
+      z[0] = S(static_cast<double>(FrictionPhase::begins));  // -F_k v/|v|
       push(z);
     }
   } else if constexpr (StateEffect<E>) {

@@ -197,7 +197,8 @@ class Variations final : public VariationalEquations {
         both.head(size_) = y;
       } else {
         const std::vector<std::string> happened = settle(form(), t, y);
-        const bool moves_on = happened.empty() && y.head(2 * dof_) == both.head(2 * dof_) && y != both.head(size_);
+        const Eigen::VectorXd moved = (y - both.head(size_)).head(2 * dof_).cwiseAbs();
+        const bool moves_on = happened.empty() && y != both.head(size_) && (moved.array() <= 100 * resolution.head(2 * dof_).array()).all();
         if (moves_on) both.head(size_) = y;  // friction in a plane has another reference, and the same motion
         std::string name = happened.empty() ? std::string() : happened.front();
         for (std::size_t k = 0; k < fired.size(); ++k) {

@@ -128,8 +128,10 @@ class PhaseChoice {
   // Friction in a plane, whose first row is i, where the lasting constraints decide all of its rows: it slides to where they take it.
   void slide_where_decided(Eigen::Index i, const VectorXd& z) {
     Candidate& first = candidates_[at(i)];
-    for (Eigen::Index k = 0; k < first.axes; ++k)
-      if (!candidates_[at(i + k)].decided) return;
+    Eigen::Index decided = 0;
+    for (Eigen::Index k = 0; k < first.axes; ++k) decided += candidates_[at(i + k)].decided ? 1 : 0;
+    if (decided > 0 && decided < first.axes) refuse_in_part(first);
+    if (decided == 0) return;
     const VectorXd rate = rates(scene_.acceleration_without_lines(t_, q_, qdot_, z)).segment(first.row, first.axes);
     if (rate.norm() > 0) first.s.head(first.axes) = rate.normalized();
     else if (first.s.norm() == 0.0) first.s[0] = 1.0;
@@ -196,8 +198,9 @@ class PhaseChoice {
     if (!one.fired && before == PhaseNumber::begins) z[part.state] = before;
     if (!one.fired && (before == 1.0 || before == PhaseNumber::begins)) return;
     const VectorXd u = scene_.velocity(t_, q_, qdot_, scene_.with_all_active(before_));
-    part.reference(z) = slowness * one.still * u.segment(part.row, part.rows).normalized();
-    part.inverse_speed(z) = slowness * one.still / part.size_in(u);
+    const double slow = std::max(slowness * one.still, 64 * std::numeric_limits<double>::epsilon() * part.size_in(u));
+    part.reference(z) = slow * u.segment(part.row, part.rows).normalized();
+    part.inverse_speed(z) = slow / part.size_in(u);
   }
 
   // Whether friction in a plane, whose first row is i, begins to slide, is called back, or turns to where its acceleration agrees with its direction.
@@ -227,7 +230,7 @@ class PhaseChoice {
       return slide(0, VectorXd::Zero(m));
     }
     const VectorXd turned = direction_of_onset(G, free);
-    return (turned - s).norm() > 1e-12 && slide(1, turned);
+    return (turned - s).norm() > same_direction && slide(1, turned);
   }
 
   // Friction in a plane has bounds that are a circle. It is held first; where it would need more than F_s it slides with F_k along an s that its
@@ -311,9 +314,15 @@ class PhaseChoice {
     const SwitchingPart& part = scene_.parts()[at(c.effect)];
     z[c.zi] = PhaseNumber::begins;
     part.inverse_speed(z) = 0.0;
-    part.reference(z) = slowness_of_onset * all_[at(c.effect)].still * c.s.head(c.axes);
+    part.reference(z) = std::max(slowness_of_onset * all_[at(c.effect)].still, least_reference) * c.s.head(c.axes);
   }
 
+  [[noreturn]] void refuse_in_part(const Candidate& c) const {
+    const std::string& name = scene_.parts()[at(c.effect)].name;
+    throw ConstraintError(name, t_, 0.0,
+                          sentence({"friction in a plane must be free to slide in all of its directions, or in none, but at t = ", t_,
+                                    " constraints decide some of '", name, "'; give it a sliding velocity of the others alone"}));
+  }
   [[noreturn]] void refuse(Eigen::Index i) const {
     const std::string& name = scene_.parts()[at(candidates_[at(i)].effect)].name;
     throw ConstraintError(name, t_, 0.0,
@@ -324,6 +333,8 @@ class PhaseChoice {
   const SwitchingScene& scene_;
   double t_;
   static constexpr double slowness = 0.01, slowness_of_onset = 0.5;  // |w|, of what counts as no velocity
+  static constexpr double same_direction = 1e-11;    // its acceleration turns it further
+  static constexpr double least_reference = 1e-30;  // where no tolerance says what is slow
   static constexpr double beyond_rest = 1e12;  // while phases are chosen: its direction is that of w, whatever is left of v
 
   const VectorXd &q_, &qdot_, &before_;

@@ -84,7 +84,8 @@ class FittingPhases {
     const VectorXd every = scene_.with_all_active(z), phi = scene_.residual(t, q, every), u = scene_.velocity(t, q, qdot, every);
     for (const SwitchingPart& part : scene_.parts()) {
       if (part.is_contact) z[part.state] = phi[part.row] <= touching(q) ? PhaseNumber::closed : PhaseNumber::apart;
-      else z[part.state] = part.size_in(u) == 0.0 ? PhaseNumber::sticks : part.size_in(u) > 0.0 ? 1.0 : -1.0;
+      else if (part.size_in(u) == 0.0) z[part.state] = PhaseNumber::sticks;
+      else z[part.state] = part.is_plane() ? PhaseNumber::begins : part.size_in(u) > 0.0 ? 1.0 : -1.0;
     }
     return z;
   }
@@ -172,7 +173,7 @@ class FittingPhases {
                    const Eigen::MatrixXd& J) const {
     VectorXd other = z;
     const VectorXd along = -lambda.segment(part.row, part.rows).normalized();
-    other[part.state] = part.is_plane() ? 1.0 : along[0];
+    other[part.state] = part.is_plane() ? PhaseNumber::begins : std::copysign(1.0, along[0]);
     if (part.is_plane()) part.reference(other) = along;
     const VectorXd a = scene_.acceleration_without_lines(t, q, qdot, other);
     const VectorXd rates = scene_.row_accelerations(t, q, qdot, a, scene_.with_all_active(z));

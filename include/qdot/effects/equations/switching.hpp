@@ -37,8 +37,9 @@ double excess_in_plane(const Sc& scene, const E& e, double t, const Vector<doubl
   held[zi] = PhaseNumber::sticks;
   const double F_k = e.sliding_limit(q, qdot, t);
   constexpr int rows = constraint_rows_of<E, Sc::dof_at_compile_time>();
-  const double needed = constrained_acceleration(scene, q, qdot, t, held).lambda.template segment<rows>(row).norm();
-  return F_k > 0 ? needed * needed / (F_k * F_k) - 1.0 : 1.0;
+  const auto solution = any_constrained_acceleration(scene, q, qdot, t, held, default_rank_cutoff);
+  if (!(F_k > 0) || solution.rank < asked(scene, held)) return 1.0;  // others hold some of it as well
+  return solution.lambda.template segment<rows>(row).squaredNorm() / (F_k * F_k) - 1.0;
 }
 
 // out ← the guards; are_smooth: for derivatives. A run asks for them at each step: in a scene of fixed size nothing here allocates, unless rows depend on

@@ -176,7 +176,7 @@ inline void Core::choose_corrector(NewtonMaker newton_of) {
       require(CVodeSetJacFn(memory.get(), &GuardedSystem::jacobian), "CVodeSetJacFn");
     }
     if (guard.system().jacobian_changes_fast())
-      for (const auto set_frequency : {CVodeSetJacEvalFrequency, CVodeSetLSetupFrequency}) require(set_frequency(memory.get(), 1), "CVodeSetJacEvalFrequency");
+      for (const auto set_frequency : {CVodeSetJacEvalFrequency, CVodeSetLSetupFrequency}) require(set_frequency(memory.get(), 1), "CVodeSet…Frequency");
   } else {
     nonlinear_solver = owned<NonlinearSolverHandle>(SUNNonlinSol_FixedPoint(y_vector.get(), 0, context.get()), "fixed-point solver");
     require(CVodeSetNonlinearSolver(memory.get(), nonlinear_solver.get()), "CVodeSetNonlinearSolver");

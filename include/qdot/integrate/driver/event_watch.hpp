@@ -213,7 +213,7 @@ class EventWatch {
     evaluate_all(firing.t, y, values_.data(), 1, true);
     for (std::size_t i = 0; i < watches_.size(); ++i) watches_[i].value = values_[i];
     for (std::size_t i = listed_; backward_ && i < watches_.size(); ++i)
-      if (fired_[i]) refuse_backward(firing.t);
+      if (fired_[i]) require_same_motion(system_, firing.t, y, fired_guards_, tolerance);
     for (std::size_t i = 0; i < listed_; ++i)
       if (fired_[i] && watches_[i].lost)
         return Failure{Outcome::zeno, sentence({"the time between two events of ", name_of(i), " is shorter than t can tell"})};

@@ -16,10 +16,12 @@
 // tell. An event's own action may have turned (or stopped) g, which the rate dg/dt at the new state shows. Then g may leave zero to the
 // side it came from and to no other. If it is first seen beyond, the hop was shorter than t can tell, and the events accumulate.
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <vector>
 
 #include "qdot/error.hpp"
 #include "qdot/integrate/event.hpp"
@@ -30,6 +32,20 @@ namespace qdot::detail {
   throw ConstraintError("a contact or friction", t, 0.0,
                         sentence({"a run backward in time must not meet an impact, or the beginning or end of contact or sticking, since many "
                                   "motions lead into the same one there, but at t = ", t, " this one does; run forward, or end the run before"}));
+}
+
+// Backward in time a switch has no answer, but friction in a plane may take another reference.
+template <class Form>
+[[gnu::cold]] void require_same_motion(const Form& system, double t, const Eigen::VectorXd& y, const std::vector<bool>& fired,
+                                       const Eigen::VectorXd& tolerance) {
+  Eigen::VectorXd after = y;
+  bool is_same = false;
+  try {
+    is_same = system.switched(t, after, fired, tolerance).empty() && after != y;
+  } catch (const Error&) {  // what is refused has no answer either
+  }
+  const Eigen::Index n = 2 * system.dof();
+  if (!is_same || !((after - y).head(n).cwiseAbs().array() <= 100 * tolerance.head(n).array()).all()) refuse_backward(t);
 }
 
 // One watched function.
