@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "catch2_bridge.hpp"
+#include "qdot/analysis/conserved.hpp"
 #include "qdot/analysis/sensitivity.hpp"
 #include "qdot/analysis/steady_state.hpp"
 #include "qdot/effects/constraints.hpp"
+#include "qdot/effects/contact.hpp"
 #include "qdot/effects/dry_friction.hpp"
 #include "qdot/effects/scene_at_state.hpp"
 #include "qdot/effects/scene_form.hpp"
@@ -259,6 +261,73 @@ TEST_CASE("what begins to slide has the derivatives of its closed form, with the
   CHECK((s.Phi.block(2, 0, 2, 1) + along).norm() < error);
   CHECK((s.Phi.block(0, 1, 2, 1) + along).norm() < error);
   CHECK((s.Phi.block(2, 1, 2, 1) + along).norm() < error);
+}
+
+TEST_CASE("derivatives of what begins to slide on a rail of another coordinate are those without the rail") {
+  // Three coordinates, of which a constraint holds the third: each change of the reference projects the state.
+  const auto body = qdot::mechanical_system<3>([](const auto& v) { return 0.5 * v.squaredNorm(); });
+  const auto family = [&](const auto& p) {
+    const auto growing = qdot::generalized_force([](const auto& q, const auto&, const auto& t) {
+      auto Q = q;
+      Q[0] = 0.6 * t;
+      Q[1] = 0.8 * t;
+      Q[2] = 1.0 * t;
+      return Q;
+    });
+    const auto plane = [](const auto&, const auto& v) { return v.template head<2>().eval(); };
+    return qdot::problem(scene(body, qdot::holonomic("rail", [](const auto& q) { return q[2]; }), dry_friction("pad", plane, p[0], p[1]), growing),
+                         State<3>{0.0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}});
+  };
+  const auto s = qdot::sensitivities(family, Vector2d(1.0, 2.0), 3.0, Dop853{}, fine);
+  INFO(s.message);
+  REQUIRE(s.completed());
+  REQUIRE(names(s) == std::vector<std::string>{"pad slips"});
+  const Vector2d along(0.6, 0.8);
+  constexpr double error = 1e-7;  // as above
+  CHECK((s.Phi.block(0, 0, 2, 1) + 0.5 * along).norm() < error);
+  CHECK((s.Phi.block(0, 1, 2, 1) + along).norm() < error);
+  CHECK((s.Phi.block(3, 0, 2, 1) + along).norm() < error);
+  CHECK((s.Phi.block(3, 1, 2, 1) + along).norm() < error);
+}
+
+TEST_CASE("friction in a plane leaves the momentum across it alone") {
+  const auto body = qdot::mechanical_system<3>([](const auto& v) { return 0.5 * v.squaredNorm(); }).with_names({"x", "y", "z"});
+  const auto plane = [](const auto&, const auto& v) { return v.template head<2>().eval(); };
+  const auto kept = qdot::conserved_quantities(scene(body, dry_friction("pad", plane, 2.0)));
+  CHECK(kept.cyclic() == std::vector<int>{2});
+}
+
+TEST_CASE("what a blow throws back slides on against its new velocity") {
+  // It reaches the cushion with 2 m/s, and leaves it with 1.
+  const auto cushion = qdot::contact("cushion", [](const auto& q) { return 3.0 - q[0]; }, qdot::restitution(0.5));
+  const auto table = scene(puck, dry_friction("pad", velocity, 2.0), cushion);
+  const auto run = simulate(table, State<2>{0.0, {0.0, 0.0}, {4.0, 0.0}}, 3.0, Dop853{}, fine);
+  INFO(run.message);
+  REQUIRE(run.completed());
+  REQUIRE(names(run) == std::vector<std::string>{"cushion", "pad sticks"});
+  CHECK_THAT(run.events[0].t, WithinAbs(1.0, 1e-9));  // 4 t − t² = 3
+  CHECK_THAT(run.events[1].t, WithinAbs(1.5, 1e-9));  // from 1 m/s
+  CHECK((run.state().q - Vector2d(2.75, 0.0)).norm() < 1e-9);
+}
+
+TEST_CASE("a puck at rest that is pushed late moves, for a moment and at a late time of day") {
+  // 5 N along (3, 4) from t = 5 to 5.001 s: 0.003 m/s beyond 2 N, and 4.5e-6 m until it stops.
+  for (const double t0 : {0.0, 1.7e9}) {
+    const auto push = qdot::generalized_force([t0](const auto& q, const auto&, const auto& t) {
+      auto Q = q;
+      const bool on = t > t0 + 5.0 && t < t0 + 5.001;
+      Q[0] = on ? 3.0 : 0.0;
+      Q[1] = on ? 4.0 : 0.0;
+      return Q;
+    });
+    const auto run = simulate(scene(puck, dry_friction("pad", velocity, 2.0), push), State<2>{t0, {0.0, 0.0}, {0.0, 0.0}}, t0 + 10.0, Dop853{},
+                              {.rtol = 1e-10, .atol = 1e-12});
+    INFO(run.message);
+    REQUIRE(run.completed());
+    REQUIRE(names(run) == std::vector<std::string>{"pad slips", "pad sticks"});
+    const double way = 0.5 * 3.0 * 1e-6 + 0.003 * 0.003 / 4.0;
+    CHECK((run.state().q - way * Vector2d(0.6, 0.8)).norm() < (t0 > 0.0 ? 1e-8 : 1e-11));  // of 2e-7 s, to which t is known there
+  }
 }
 
 TEST_CASE("an explicit and an implicit method agree on random bodies under drives and friction in a plane") {

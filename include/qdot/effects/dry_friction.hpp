@@ -43,16 +43,7 @@ struct CoordinateVelocity {
 
 /// Dry friction against a velocity v(q, q̇, t), linear in q̇.
 template <class Velocity, class Sliding, class Sticking>
-struct DryFriction {
-  std::string name;  ///< for messages
-  Velocity v;        ///< the velocity that it acts against
-  Sliding F_k;       ///< force while it slides, a number or of the state
-  Sticking F_s;      ///< largest force while it sticks, the same
-
-  template <int n>
-  static constexpr bool takes_time = detail::functor_takes_time<n, Velocity, 2>() || detail::functor_takes_time<n, Sliding, 2>() ||
-                                     detail::functor_takes_time<n, Sticking, 2>();
-
+struct DryFriction : FrictionLaw<Velocity, Sliding, Sticking> {
   template <class S, int n>
   S velocity_constraint(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
     return sliding_velocity(q, qdot, t);
@@ -63,7 +54,7 @@ struct DryFriction {
   Vector<S, n> force(const Vector<S, n>& q, const Vector<S, n>& qdot, const Vector<S, 1>& z, const S& t) const {
     const double s = static_cast<double>(innermost_value(z[0]));
     if (s != 1.0 && s != -1.0) return detail::zeros<Vector<S, n>>(q.size());
-    const S F = -s * detail::friction_bound<S>(F_k, q, qdot, t);
+    const S F = -s * this->sliding_limit(q, qdot, t);
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& u) {
       using D = typename std::remove_cvref_t<decltype(u)>::Scalar;
       return sliding_velocity<D, n>(detail::converted<D>(q), u, D(t));
@@ -73,30 +64,24 @@ struct DryFriction {
   template <int n>
   void require_fit(const Vector<double, n>& q) const {
     if constexpr (std::is_same_v<Velocity, detail::CoordinateVelocity>)
-      detail::require_coordinate(detail::sentence({"the dry friction '", name, "'"}), v.k, q.size());
+      detail::require_coordinate(detail::sentence({"the dry friction '", this->name, "'"}), this->v.k, q.size());
   }
-  bool is_active(double phase) const { return phase == static_cast<double>(FrictionPhase::sticks); }
   Vector<double, 1> initial_state() const { return Vector<double, 1>(static_cast<double>(FrictionPhase::undecided)); }
-
-  /// The largest force of sticking, F_s.
-  template <int n>
-  double sticking_limit(const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
-    return detail::friction_bound<double>(F_s, q, qdot, t);
-  }
 
   /// This friction for n coordinates: with bounds in a plane where the sliding velocity has several components.
   template <int n>
   auto fitted() const {
     using Q = detail::Point<n>;
-    constexpr int m = detail::components_of<std::remove_cvref_t<decltype(detail::of_state(v, std::declval<const Q&>(), std::declval<const Q&>(), 0.0))>>();
-    if constexpr (m == 2 || m == 3) return PlaneFriction<Velocity, Sliding, Sticking, m>{name, v, F_k, F_s};
+    using V = std::remove_cvref_t<decltype(detail::of_state(this->v, std::declval<const Q&>(), std::declval<const Q&>(), 0.0))>;
+    constexpr int m = detail::components_of<V>();
+    if constexpr (m == 2 || m == 3) return PlaneFriction<Velocity, Sliding, Sticking, m>{{this->name, this->v, this->F_k, this->F_s}};
     else return *this;
   }
 
  private:
   template <class S, int n>
   [[gnu::always_inline]] S sliding_velocity(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    const auto sliding = detail::of_state(v, q, qdot, t);
+    const auto sliding = detail::of_state(this->v, q, qdot, t);
     constexpr bool is_one_number = std::is_convertible_v<decltype(sliding), S>;
     static_assert(is_one_number,
                   "qdot: the sliding velocity of dry friction must be one number, or a vector of two or three whose size is known at compile time");
@@ -121,9 +106,9 @@ auto dry_friction(std::string name, Velocity v, Sliding F_k, Sticking F_s) {
                                    std::to_string(F_s), "; sticking holds at least as much as sliding"});
   }
   if constexpr (std::integral<Velocity>) {
-    return DryFriction<detail::CoordinateVelocity, Sliding, Sticking>{std::move(name), {v}, std::move(F_k), std::move(F_s)};
+    return DryFriction<detail::CoordinateVelocity, Sliding, Sticking>{{std::move(name), {v}, std::move(F_k), std::move(F_s)}};
   } else {
-    return DryFriction<Velocity, Sliding, Sticking>{std::move(name), std::move(v), std::move(F_k), std::move(F_s)};
+    return DryFriction<Velocity, Sliding, Sticking>{{std::move(name), std::move(v), std::move(F_k), std::move(F_s)}};
   }
 }
 

@@ -30,22 +30,13 @@ namespace qdot {
 ///
 /// Its own states z: the phase, w, and kδ.
 template <class Velocity, class Sliding, class Sticking, int m>
-struct PlaneFriction {
+struct PlaneFriction : FrictionLaw<Velocity, Sliding, Sticking> {
   static_assert(m == 2 || m == 3, "qdot: the sliding velocity of dry friction has one, two or three components");
-
-  std::string name;  ///< for messages
-  Velocity v;        ///< the velocity that it acts against
-  Sliding F_k;       ///< force while it slides, a number or of the state
-  Sticking F_s;      ///< largest force while it sticks, the same
-
-  template <int n>
-  static constexpr bool takes_time = detail::functor_takes_time<n, Velocity, 2>() || detail::functor_takes_time<n, Sliding, 2>() ||
-                                     detail::functor_takes_time<n, Sticking, 2>();
 
   /// The sliding velocity, m.
   template <class S, int n>
   Vector<S, m> velocity_constraint(const Vector<S, n>& q, const Vector<S, n>& qdot, const S& t) const {
-    return detail::of_state(v, q, qdot, t);
+    return detail::of_state(this->v, q, qdot, t);
   }
 
   template <class S, int n>
@@ -62,7 +53,7 @@ struct PlaneFriction {
       square = square + s[i] * s[i];
       along = along + s[i] * z[1 + i];
     }
-    const S F_of_sliding = detail::friction_bound<S>(F_k, q, qdot, t);
+    const S F_of_sliding = this->sliding_limit(q, qdot, t);
     const S side = along + z[1 + m] * square;
     const S F = begins ? -F_of_sliding / sqrt(square) : -F_of_sliding * side / sqrt(square * (side * side));  // no comparison for the sign
     return gradient(detail::marked<detail::SlopeOfEffect>([&](const auto& u) {
@@ -91,22 +82,10 @@ struct PlaneFriction {
     return is_smooth ? forward : std::min(forward, (v_now.squaredNorm() - least * least) / least);
   }
 
-  bool is_active(double phase) const { return phase == static_cast<double>(FrictionPhase::sticks); }
   Vector<double, 2 + m> initial_state() const {
     Vector<double, 2 + m> z = detail::zeros<Vector<double, 2 + m>>(2 + m);
     z[0] = static_cast<double>(FrictionPhase::undecided);
     return z;
-  }
-
-  /// The largest force of sticking, F_s.
-  template <int n>
-  double sticking_limit(const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
-    return detail::friction_bound<double>(F_s, q, qdot, t);
-  }
-  /// The force of sliding, F_k.
-  template <int n>
-  double sliding_limit(const Vector<double, n>& q, const Vector<double, n>& qdot, double t) const {
-    return detail::friction_bound<double>(F_k, q, qdot, t);
   }
 };
 

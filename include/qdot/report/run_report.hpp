@@ -79,17 +79,24 @@ struct ReportedRun {
   std::function<Eigen::VectorXd(double t, const Eigen::VectorXd& y)> reactions{}, forces{};  // empty where the system has none
 };
 
-// The columns of effects' states ← the effects' names, where they have some: readers know these better than z₀.
+// The columns of effects' states ← the effects' names, where they have some: readers know these better than z₀. Of what switches the phase alone is kept.
 template <class Sc>
 void name_states(Table& table, const Sc& scene) {
-  qdot::detail::for_each_place(scene, [&]<class E>([[maybe_unused]] const E& effect, [[maybe_unused]] Eigen::Index place) {
+  std::vector<Column> columns;
+  std::size_t read = 0;
+  const auto take = [&](std::size_t last) { for (; read < last; ++read) columns.push_back(std::move(table.columns[read])); };
+  qdot::detail::for_each_place(scene, [&]<class E>([[maybe_unused]] const E& effect, Eigen::Index place) {
     constexpr int states = qdot::detail::states_of<E>();
+    constexpr bool switches = SwitchingEffect<E, Sc::dof_at_compile_time>;
+    const std::size_t first = 1 + static_cast<std::size_t>(place);
     if constexpr (requires { std::string(effect.name); })
-      for (int i = 0; i < states; ++i)
-        table.columns[1 + static_cast<std::size_t>(place + i)].name = SwitchingEffect<E, Sc::dof_at_compile_time> ? "phase of " + effect.name
-                                                                      : states == 1                              ? effect.name
-                                                                                                                  : effect.name + "[" + std::to_string(i) + "]";
+      for (std::size_t i = 0; i < states; ++i)
+        table.columns[first + i].name = switches ? "phase of " + effect.name : states == 1 ? effect.name : effect.name + "[" + std::to_string(i) + "]";
+    take(first + (switches ? 1 : states));
+    read = first + states;
   });
+  take(table.columns.size());
+  table.columns = std::move(columns);
 }
 
 inline Facts run_facts(const ReportedRun& run, const ReportOptions& options) {

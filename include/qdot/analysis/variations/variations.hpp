@@ -21,6 +21,7 @@
 #include "qdot/effects/input.hpp"
 #include "qdot/effects/scene_form.hpp"
 #include "qdot/error.hpp"
+#include "qdot/integrate/driver/watched_function.hpp"
 #include "qdot/integrate/event.hpp"
 #include "qdot/integrate/run.hpp"
 #include "qdot/integrate/steps/one_step.hpp"
@@ -197,9 +198,8 @@ class Variations final : public VariationalEquations {
         both.head(size_) = y;
       } else {
         const std::vector<std::string> happened = settle(form(), t, y);
-        const Eigen::VectorXd moved = (y - both.head(size_)).head(2 * dof_).cwiseAbs();
-        const bool moves_on = happened.empty() && y != both.head(size_) && (moved.array() <= 100 * resolution.head(2 * dof_).array()).all();
-        if (moves_on) both.head(size_) = y;  // friction in a plane has another reference, and the same motion
+        const bool moves_on = happened.empty() && is_same_motion(both.head(size_), y, 2 * dof_, resolution);
+        if (moves_on) both.head(size_) = y;
         std::string name = happened.empty() ? std::string() : happened.front();
         for (std::size_t k = 0; k < fired.size(); ++k) {
           if (!fired[k] || moves_on) continue;

@@ -17,6 +17,7 @@
 #include "qdot/effects/equations/switching_scene.hpp"
 #include "qdot/effects/rows/bounded_minimum.hpp"
 #include "qdot/effects/rows/constrained_solve.hpp"
+#include "qdot/effects/rows/onset_direction.hpp"
 #include "qdot/error.hpp"
 #include "qdot/mechanics/equations/cholesky.hpp"
 
@@ -65,7 +66,7 @@ class PhaseChoice {
     bool came_back = false;  // from sliding
     Eigen::Index axis = 0, axes = 1;  // of friction in a plane, a row of which this is
     double F_k = 0.0;                 // of friction in a plane
-    Eigen::Vector3d s = Eigen::Vector3d::Zero();  // its direction of sliding, in the row of its first axis
+    Eigen::Vector3d s = Eigen::Vector3d::Zero();  // its direction of sliding
   };
   static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
@@ -101,8 +102,7 @@ class PhaseChoice {
     c.axes = part.rows;
     c.F_s = scene_.sticking_limit(k, t_, q_, qdot_);
     c.F_k = scene_.sliding_limit(k, t_, q_, qdot_);
-    const bool slid = before_[part.state] == 1.0 || before_[part.state] == PhaseNumber::begins;
-    c.direction = one.fired ? one.slips : slid ? 1 : 0;
+    c.direction = one.fired ? one.slips : slides_in_plane(before_[part.state]) ? 1 : 0;
     c.s = one.along;
     if (c.direction != 0 && !one.fired) {
       const VectorXd u = scene_.velocity(t_, q_, qdot_, scene_.with_all_active(before_));
@@ -127,15 +127,23 @@ class PhaseChoice {
 
   // Friction in a plane, whose first row is i, where the lasting constraints decide all of its rows: it slides to where they take it.
   void slide_where_decided(Eigen::Index i, const VectorXd& z) {
-    Candidate& first = candidates_[at(i)];
+    const Candidate& first = candidates_[at(i)];
     Eigen::Index decided = 0;
     for (Eigen::Index k = 0; k < first.axes; ++k) decided += candidates_[at(i + k)].decided ? 1 : 0;
     if (decided > 0 && decided < first.axes) refuse_in_part(first);
     if (decided == 0) return;
     const VectorXd rate = rates(scene_.acceleration_without_lines(t_, q_, qdot_, z)).segment(first.row, first.axes);
-    if (rate.norm() > 0) first.s.head(first.axes) = rate.normalized();
-    else if (first.s.norm() == 0.0) first.s[0] = 1.0;
-    for (Eigen::Index k = 0; k < first.axes; ++k) candidates_[at(i + k)].direction = 1;
+    if (rate.norm() > 0) slide(i, 1, rate.normalized());
+    else slide(i, 1, first.s.norm() > 0 ? VectorXd(first.s.head(first.axes)) : VectorXd(VectorXd::Unit(first.axes, 0)));
+  }
+
+  // Gives friction in a plane, whose first row is i, a direction of sliding; 0 where it may stick.
+  bool slide(Eigen::Index i, int direction, const VectorXd& s) {
+    for (Eigen::Index k = 0; k < s.size(); ++k) {
+      candidates_[at(i + k)].direction = direction;
+      candidates_[at(i + k)].s.head(s.size()) = s;
+    }
+    return true;
   }
 
   VectorXd rates(const VectorXd& a) const { return scene_.row_accelerations(t_, q_, qdot_, a, scene_.with_all_active(before_)); }
@@ -148,11 +156,9 @@ class PhaseChoice {
   // Accelerations without the forces that are sought, and the bounds of these.
   void load(VectorXd& z, const Responses<>& responses, BoundedMinimum& p) const {
     for (const Candidate& c : candidates_) {
-      if (!c.contact) z[c.zi] = c.direction == 0 ? PhaseNumber::undecided : static_cast<double>(c.direction);
-      if (c.axes == 1 || c.axis > 0) continue;
-      const SwitchingPart& part = scene_.parts()[at(c.effect)];
-      part.inverse_speed(z) = 0.0;
-      part.reference(z) = (all_[at(c.effect)].still > 0 ? beyond_rest * all_[at(c.effect)].still : 1.0) * c.s.head(c.axes);
+      if (c.contact) continue;
+      z[c.zi] = c.direction == 0 ? PhaseNumber::undecided : c.axes > 1 ? PhaseNumber::begins : static_cast<double>(c.direction);
+      if (c.axes > 1 && c.axis == 0) refer_to(c, beyond_rest, 0.0, z);
     }
     const VectorXd gamma = scene_.gamma(t_, q_, qdot_, scene_.with_none_active(z));
     const VectorXd a = responses.factors().solution(scene_.rhs(t_, q_, qdot_, z), gamma, t_, NamesOfRows{scene_}).qddot;
@@ -192,18 +198,18 @@ class PhaseChoice {
     return changed;
   }
 
-  // Friction in a plane that slides: in the phase that it has, or with the direction of its velocity as r.
+  // Friction in a plane that slides keeps its r, or else takes the direction of its velocity: after its guard and its onset, and where a blow has turned it.
   void slide_on(const SwitchingPart& part, const Switch& one, VectorXd& z) const {
-    const double before = before_[part.state];
-    if (!one.fired && before == PhaseNumber::begins) z[part.state] = before;
-    if (!one.fired && (before == 1.0 || before == PhaseNumber::begins)) return;
-    const VectorXd u = scene_.velocity(t_, q_, qdot_, scene_.with_all_active(before_));
-    const double slow = std::max(slowness * one.still, 64 * std::numeric_limits<double>::epsilon() * part.size_in(u));
-    part.reference(z) = slow * u.segment(part.row, part.rows).normalized();
-    part.inverse_speed(z) = slow / part.size_in(u);
+    const VectorXd all = scene_.velocity(t_, q_, qdot_, scene_.with_all_active(before_)), u = all.segment(part.row, part.rows);
+    if (!one.fired && before_[part.state] == 1.0 && u.dot(part.reference(z)) > 0.0) return;
+    const double slow = std::max(slowness * one.still, 64 * std::numeric_limits<double>::epsilon() * u.norm());
+    part.reference(z) = slow * u.normalized();
+    part.inverse_speed(z) = slow / u.norm();
   }
+  static bool slides_in_plane(double phase) { return phase == 1.0 || phase == PhaseNumber::begins; }
 
-  // Whether friction in a plane, whose first row is i, begins to slide, is called back, or turns to where its acceleration agrees with its direction.
+  // Whether friction in a plane, whose first row is i, begins to slide, is called back, or turns to where its acceleration agrees with its direction. Its
+  // bounds are a circle: it is held first, and where it would need more than F_s it slides (effects/rows/onset_direction.hpp).
   bool change_in_plane(Eigen::Index i, const Responses<>& responses, const BoundedMinimum& p) {
     Candidate& first = candidates_[at(i)];
     const Eigen::Index m = first.axes;
@@ -214,31 +220,16 @@ class PhaseChoice {
       force[k] = p.x[i + k] / lengths[k];
       rate[k] = p.w[i + k] * lengths[k];
     }
-    const auto slide = [&](int direction, const VectorXd& s) {
-      for (Eigen::Index k = 0; k < m; ++k) candidates_[at(i + k)].direction = direction;
-      first.s.head(m) = s;
-      return true;
-    };
-    if (first.direction == 0) return force.norm() > first.F_s * (1 + 1e-12) && slide(1, -force.normalized());
+    if (first.direction == 0) return force.norm() > first.F_s * (1 + 1e-12) && slide(i, 1, -force.normalized());
     const VectorXd s = first.s.head(m);
     const Eigen::MatrixXd G = first.F_k * response_in_plane(i, m, lengths, p);
     const VectorXd braking = G * s, free = rate + braking;
     if (rate.norm() <= negligible_force * braking.norm()) return false;  // an onset without acceleration
-    if (held_by(G, free)) {
-      if (first.came_back) return false;
-      first.came_back = true;
-      return slide(0, VectorXd::Zero(m));
-    }
-    const VectorXd turned = direction_of_onset(G, free);
-    return (turned - s).norm() > same_direction && slide(1, turned);
+    if (const auto turned = onset_direction(G, free)) return (*turned - s).norm() > same_direction && slide(i, 1, *turned);
+    if (first.came_back) return false;
+    first.came_back = true;
+    return slide(i, 0, VectorXd::Zero(m));
   }
-
-  // Friction in a plane has bounds that are a circle. It is held first; where it would need more than F_s it slides with F_k along an s that its
-  // acceleration agrees with, v̇ = a s and a > 0. With G the response of its rows to F_k and v̇₀ their acceleration without friction,
-  //
-  //     (G + a I) s = v̇₀ ,  |s| = 1,
-  //
-  // which has one a, for G is symmetric and positive, and none where F_k could hold it. G takes into account what holds besides.
 
   // How the rows i, i + 1 … answer to a unit of force along each, while what is between its bounds holds.
   Eigen::MatrixXd response_in_plane(Eigen::Index i, Eigen::Index m, const VectorXd& lengths, const BoundedMinimum& p) const {
@@ -257,27 +248,6 @@ class PhaseChoice {
           for (Eigen::Index j = 0; j < count; ++j) G(l, k) -= p.A(held[at(j)], i + l) * answer[j];
       }
     return lengths.asDiagonal() * G * lengths.asDiagonal();
-  }
-
-  // (G + a I)⁻¹ x; empty where that is no solution.
-  static VectorXd damped_solution(const Eigen::MatrixXd& G, double a, const VectorXd& x) {
-    Cholesky<double, Dynamic> factors;
-    if (!factors.compute(G + a * Eigen::MatrixXd::Identity(G.rows(), G.cols()))) return {};
-    return factors.solve(x);
-  }
-  static bool held_by(const Eigen::MatrixXd& G, const VectorXd& x) {
-    const VectorXd s = damped_solution(G, 0.0, x);
-    return s.size() > 0 && s.norm() < 1.0 - 1e-12;
-  }
-  // s of (G + a I) s = x, |s| = 1, a ≥ 0: |s| falls with a, from 1 or more at 0 to at most 1 at |x|.
-  static VectorXd direction_of_onset(const Eigen::MatrixXd& G, const VectorXd& x) {
-    double low = 0.0, high = x.norm();
-    for (int k = 0; k < 200 && high - low > 4 * std::numeric_limits<double>::epsilon() * high; ++k) {
-      const double a = 0.5 * (low + high);
-      const VectorXd s = damped_solution(G, a, x);
-      (s.size() == 0 || s.norm() > 1.0 ? low : high) = a;
-    }
-    return damped_solution(G, high, x).normalized();
   }
 
   // What is pressed is closed, and what could be pressed as another shares its force; what was closed stays so if it need not open.
@@ -306,15 +276,19 @@ class PhaseChoice {
       const bool shares = !shared.set.empty() && shared.set[at(c.effect)] >= 0 && shared.ease[at(c.effect)] > negligible_force;
       if (!c.contact || pressed || shares || (c.was_active && !all_[at(c.effect)].fired)) z[c.zi] = all_held[c.zi];
     }
-    for (const Candidate& c : candidates_)
-      if (c.axes > 1 && c.axis == 0 && c.direction != 0) refer_to_onset(c, z);
+    for (Eigen::Index i = 0; i < p.b.size(); ++i) {
+      const Candidate& c = candidates_[at(i)];
+      if (c.axes == 1 || c.axis > 0 || c.direction == 0) continue;
+      double square = 0.0;
+      for (Eigen::Index k = i; k < i + c.axes; ++k) square += p.w[k] * p.w[k] * responses.length(k) * responses.length(k);
+      // What it gains while t stands still counts as no velocity either.
+      refer_to(c, slowness_of_onset, std::sqrt(square) * std::numeric_limits<double>::epsilon() * std::abs(t_), z);
+    }
   }
 
-  void refer_to_onset(const Candidate& c, VectorXd& z) const {
-    const SwitchingPart& part = scene_.parts()[at(c.effect)];
-    z[c.zi] = PhaseNumber::begins;
-    part.inverse_speed(z) = 0.0;
-    part.reference(z) = std::max(slowness_of_onset * all_[at(c.effect)].still, least_reference) * c.s.head(c.axes);
+  // r ← the direction in which friction in a plane begins to slide, as a velocity of a size in units of what counts as none, at least `least`.
+  void refer_to(const Candidate& c, double size, double least, VectorXd& z) const {
+    scene_.parts()[at(c.effect)].reference(z) = size * std::max({all_[at(c.effect)].still, least, least_still}) * c.s.head(c.axes);
   }
 
   [[noreturn]] void refuse_in_part(const Candidate& c) const {
@@ -332,10 +306,10 @@ class PhaseChoice {
 
   const SwitchingScene& scene_;
   double t_;
-  static constexpr double slowness = 0.01, slowness_of_onset = 0.5;  // |w|, of what counts as no velocity
-  static constexpr double same_direction = 1e-11;    // its acceleration turns it further
-  static constexpr double least_reference = 1e-30;  // where no tolerance says what is slow
-  static constexpr double beyond_rest = 1e12;  // while phases are chosen: its direction is that of w, whatever is left of v
+  static constexpr double slowness = 0.01, slowness_of_onset = 0.5;  // |w| of sliding and of an onset, in units of what counts as no velocity,
+  static constexpr double beyond_rest = 1e12;                        // and while phases are chosen: its direction is that of w, whatever is left of v
+  static constexpr double least_still = 1e-30;                       // where no tolerance says what that is
+  static constexpr double same_direction = 1e-11;                    // its acceleration turns it further
 
   const VectorXd &q_, &qdot_, &before_;
   std::vector<Switch>& all_;

@@ -92,10 +92,16 @@ class SceneRows {
       for (Eigen::Index i = 0; part.is_active(z) && i < part.rows; ++i) rows.push_back(part.row + i);
     return rows;
   }
+  /// How many rows ask for anything.
+  Eigen::Index asked(const VectorXd& z) const {
+    Eigen::Index count = rows_;
+    for (const SwitchingPart& part : parts()) count -= part.is_active(z) ? 0 : part.rows;
+    return count;
+  }
   bool is_free(const VectorXd& z) const { return !has_lasting_constraints_ && active_rows(z).empty(); }
 
   virtual double sticking_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const = 0;
-  virtual double sliding_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const = 0;  // of friction in a plane
+  virtual double sliding_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const = 0;
   // Numbers one after the other, matrices column by column.
   virtual void write_mass_matrix(double t, const double* q, const double* qdot, double* M) const = 0;
   virtual void write_jacobian(double t, const double* q, const double* qdot, const double* z, double* J) const = 0;

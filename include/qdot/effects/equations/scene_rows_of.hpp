@@ -72,16 +72,10 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
   Eigen::VectorXd initial_states() const override { return scene_.initial_states(); }
 
   double sticking_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const override {
-    return limit(part, [&](const auto& e) {
-      if constexpr (requires { e.sticking_limit(at<Q>(q), at<Q>(qdot), t); }) return e.sticking_limit(at<Q>(q), at<Q>(qdot), t);
-      else return 0.0;
-    });
+    return of_friction(part, [&](const auto& e) { return e.sticking_limit(at<Q>(q), at<Q>(qdot), t); });
   }
   double sliding_limit(Eigen::Index part, double t, const Column& q, const Column& qdot) const override {
-    return limit(part, [&](const auto& e) {
-      if constexpr (requires { e.sliding_limit(at<Q>(q), at<Q>(qdot), t); }) return e.sliding_limit(at<Q>(q), at<Q>(qdot), t);
-      else return 0.0;
-    });
+    return of_friction(part, [&](const auto& e) { return e.sliding_limit(at<Q>(q), at<Q>(qdot), t); });
   }
   void write_mass_matrix(double t, const double* q, const double* qdot, double* M) const override {
     const Matrix<double, n> found = qdot::mass_matrix(scene_.system(), vector_at<n>(q, scene_.dof()), vector_at<n>(qdot, scene_.dof()), t);
@@ -181,13 +175,14 @@ class SceneRowsOf : public RowsByDuals<size_of_rows<Sc::dof_at_compile_time>> {
     }
   }
 
-  // value(effect) of a contact or friction.
+  // value(effect) of a friction; 0 of a contact.
   template <class Value>
-  double limit([[maybe_unused]] Eigen::Index part, [[maybe_unused]] const Value& value) const {
+  double of_friction([[maybe_unused]] Eigen::Index part, [[maybe_unused]] const Value& value) const {
     double found = 0.0;
     if constexpr (Sc::has_phases)
-      for_each_switching(scene_, [&](Eigen::Index k, const auto& e, Eigen::Index, Eigen::Index) {
-        if (k == part) found = value(e);
+      for_each_switching(scene_, [&]([[maybe_unused]] Eigen::Index k, [[maybe_unused]] const auto& e, Eigen::Index, Eigen::Index) {
+        if constexpr (!is_contact<decltype(e)>)
+          if (k == part) found = value(e);
       });
     return found;
   }

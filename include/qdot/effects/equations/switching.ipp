@@ -159,11 +159,6 @@ class Switching {
                                        std::to_string(gap) + "; start with the contact open or just closed");
   }
 
-  // How many constraints ask for anything.
-  Eigen::Index asked(const VectorXd& z) const {
-    return scene_.rows() - scene_.count() + static_cast<Eigen::Index>(scene_.active_rows(z).size());
-  }
-
   // Which effects have reached their limits: those that fired, and with the first of a set all of it.
   void give_way(double t, const VectorXd& q, const VectorXd& qdot, const VectorXd& z, const std::vector<bool>& fired, std::vector<Switch>& all) const {
     bool active = false;
@@ -174,7 +169,7 @@ class Switching {
     if (!active) return;
     const auto [lambda, rank] = scene_.forces(t, q, qdot, z);
     SharedForces shared;
-    if (rank < asked(z)) shared = shared_forces(scene_, t, q, qdot, z, lambda);
+    if (rank < scene_.asked(z)) shared = shared_forces(scene_, t, q, qdot, z, lambda);
     std::vector<bool> sets(all.size(), false);
     for (std::size_t k = 0; k < shared.set.size(); ++k)
       if (shared.set[k] >= 0 && fired[k]) sets[static_cast<std::size_t>(shared.set[k])] = true;
@@ -231,7 +226,7 @@ class Switching {
     }
     qdot += W * impulse;
     const VectorXd after = scene_.velocity(t, q, qdot, everything(z));
-    for (std::size_t k = 0; k < all.size(); ++k) all[k].u = after[scene_.parts()[k].row];
+    for (std::size_t k = 0; k < all.size(); ++k) all[k].u = scene_.parts()[k].size_in(after);
     for (Eigen::Index i = 0; i < size; ++i)
       if (impulse[i] > 0) names.push_back(scene_.parts()[struck[at(i)]].hits);
   }

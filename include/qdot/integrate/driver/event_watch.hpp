@@ -245,8 +245,9 @@ class EventWatch {
     const std::size_t before = events.size();
     fired_guards_.assign(fired_guards_.size(), false);
     settle(t, y_ = y, tolerance, events);
-    if (events.size() == before) return false;
-    if (backward) events.resize(before), refuse_backward(t);
+    const bool is_named = events.size() > before;
+    if (!is_named && !is_same_motion(y, y_, 2 * system_.dof(), tolerance)) return false;
+    if (is_named && backward) events.resize(before), refuse_backward(t);
     fired_.assign(fired_.size(), false);
     return begin(t, y = y_, tolerance, true, listed_), true;
   }

@@ -34,18 +34,23 @@ namespace qdot::detail {
                                   "motions lead into the same one there, but at t = ", t, " this one does; run forward, or end the run before"}));
 }
 
-// Backward in time a switch has no answer, but friction in a plane may take another reference.
+// Whether a switch without a name has changed the effects' own states alone: friction in a plane has another reference, and the motion goes on as it did.
+// `states`: how many of y stand in front of those.
+[[gnu::cold]] inline bool is_same_motion(const Eigen::VectorXd& before, const Eigen::VectorXd& after, Eigen::Index states, const Eigen::VectorXd& tolerance) {
+  const Eigen::VectorXd change = after - before;
+  return !change.tail(change.size() - states).isZero(0.0) && (change.head(states).cwiseAbs().array() <= 100 * tolerance.head(states).array()).all();
+}
+
+// Refuses a switch backward in time, where it has no answer, unless the motion stays the same.
 template <class Form>
 [[gnu::cold]] void require_same_motion(const Form& system, double t, const Eigen::VectorXd& y, const std::vector<bool>& fired,
                                        const Eigen::VectorXd& tolerance) {
   Eigen::VectorXd after = y;
-  bool is_same = false;
   try {
-    is_same = system.switched(t, after, fired, tolerance).empty() && after != y;
+    if (system.switched(t, after, fired, tolerance).empty() && is_same_motion(y, after, 2 * system.dof(), tolerance)) return;
   } catch (const Error&) {  // what is refused has no answer either
   }
-  const Eigen::Index n = 2 * system.dof();
-  if (!is_same || !((after - y).head(n).cwiseAbs().array() <= 100 * tolerance.head(n).array()).all()) refuse_backward(t);
+  refuse_backward(t);
 }
 
 // One watched function.
